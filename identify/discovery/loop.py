@@ -88,14 +88,12 @@ def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Tria
         return together, False
     steps, story.steps, problem = story.steps, [], bench.problem
     if problem is not study:
-        bench.problem = study
-        bench.workers.turn_to(study, with_errors=False)
+        bench.turn_to(study, with_errors=False)
     found, named = _selected(bench, story)
     if together is not None and _likelier(bench, together.final, found.final):
         story.steps = steps
         if problem is not bench.problem:
-            bench.problem = problem
-            bench.workers.turn_to(problem, with_errors=True)
+            bench.turn_to(problem, with_errors=True)
         return together, False
     return found, named
 

@@ -100,6 +100,11 @@ class ImpactWorkbench:
         check_records(problem, problem.at(trial.values), trial.gap)
         return trial
 
+    def turn_to(self, problem: Problem, *, with_errors: bool) -> None:
+        """Go on with another problem, and whether errors of what was told are fitted along."""
+        self.problem = problem
+        self.workers.turn_to(problem, with_errors=with_errors)
+
     def go_on_from(self, model: Trial) -> None:
         """Begin the next selection with a model, beside which nothing has been looked at."""
         self._begun, self._pairs = model, ()
@@ -253,9 +258,9 @@ class ImpactWorkbench:
         impacts, if that closes the gap.
         """
         if not self.workers.with_errors and nearly_closed(model) and model.task.has_form:
-            if self.problem.file.study.uncertainty is None:
-                self.problem = with_uncertainty(self.problem, FORMS_ALONE)
-            self.workers.turn_to(self.problem, with_errors=True)
+            stated = self.problem.file.study.uncertainty is not None
+            problem = self.problem if stated else with_uncertainty(self.problem, FORMS_ALONE)
+            self.turn_to(problem, with_errors=True)
         if not self.workers.with_errors and above_noise(model.gap) and screen.anchor_of(model):
             return self._with_impacts(model)
         if not self.workers.with_errors or model.gap > MISSING or model.task.how == "settled":

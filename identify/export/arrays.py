@@ -6,9 +6,10 @@ from __future__ import annotations
 
 import io
 import json
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, BinaryIO, ClassVar
 
 import numpy as np
 from scipy.io import savemat
@@ -60,6 +61,14 @@ def notes(job: Job) -> tuple[str, ...]:
     return (*job.model.notes, *(() if job.reduced is None else (job.reduced.sentence,)))
 
 
+def _binary(job: Job, save: Callable[[BinaryIO], None]) -> Exported:
+    """The one file of a job, saved as a whole."""
+    stream = io.BytesIO()
+    save(stream)
+    atomic.write_atomically(job.path, partial(Path.write_bytes, data=stream.getvalue()))
+    return Exported([job.path], notes(job))
+
+
 class Npz(Format):
     """NumPy's archive of arrays, texts among them; nothing pickled."""
 
@@ -69,10 +78,7 @@ class Npz(Format):
     def write(self, job: Job) -> Exported:
         """One file."""
         arrays = {name: np.asarray(value) for name, value in contents(job).items()}
-        stream = io.BytesIO()
-        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
-        atomic.write_atomically(job.path, partial(Path.write_bytes, data=stream.getvalue()))
-        return Exported([job.path], notes(job))
+        return _binary(job, lambda stream: np.savez_compressed(stream, **arrays))  # type: ignore[arg-type]
 
 
 class Mat(Format):
@@ -87,10 +93,7 @@ class Mat(Format):
             name: np.array(value, dtype=object) if isinstance(value, list) else value
             for name, value in contents(job).items()
         }
-        stream = io.BytesIO()
-        savemat(stream, values, oned_as="column")
-        atomic.write_atomically(job.path, partial(Path.write_bytes, data=stream.getvalue()))
-        return Exported([job.path], notes(job))
+        return _binary(job, lambda stream: savemat(stream, values, oned_as="column"))
 
 
 class StateSpace(Format):

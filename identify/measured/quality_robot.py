@@ -37,13 +37,8 @@ def robot_notes(robot: Robot) -> list[str]:
     return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in check_robot(robot)]
 
 
-def _offsets(robot: Robot) -> float:
-    """From joint to joint, stretched out, m."""
-    return float(sum(np.linalg.norm((j.origin @ j.mount)[:3, 3]) for j in robot.joints))
-
-
 def _length(robot: Robot) -> Iterator[Finding]:
-    length = _offsets(robot)
+    length = robot.stretched()
     if length > _LONGEST_M:
         sentence = f"The robot is {length:.4g} m long from joint to joint: are its lengths in mm?"
         yield Finding("warn", "robot-size", (), sentence, length)
@@ -60,7 +55,7 @@ def _bodies(robot: Robot) -> Iterator[Finding]:
             " mass and inertia: are masses in kg, inertias in kg m2?"
         )
         yield Finding("warn", "robot-density", (), sentence, worst)
-    wide = [link.name for link in moving if _gyration(link) > max(_offsets(robot), _LONGEST_M / 10)]
+    wide = [link.name for link in moving if _gyration(link) > max(robot.stretched(), _LONGEST_M / 10)]
     if wide:
         size = max(map(_gyration, moving))
         sentence = (

@@ -11,7 +11,7 @@ from identify.core.text import listed
 from identify.measured.frf_set import FrfSet
 from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.evaluate import Measured
-from identify.modes.job import NO_WINDOW, Job
+from identify.modes.job import NO_WINDOW, Job, window_untold
 from identify.modes.said import modal_settings
 from identify.robot.visual import looks
 from identify.vibration.costs.target import FrfTarget
@@ -49,9 +49,9 @@ def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
 
 
 def _window_untold(settings: MeasurementSettings, data: FrfSet) -> bool:
-    """Whether neither the study nor the file says that impacts were windowed or not."""
+    """Whether nobody says that impacts were windowed or not."""
     impacts = settings.estimate is None or settings.estimate.excitation == "impacts"
-    return impacts and settings.window_decay_per_s is None and not data.window_decay_per_s
+    return impacts and window_untold(settings, data)
 
 
 def _measured(problem: Problem) -> list[Measured]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
+from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import frf_files, load_frf_set
 from identify.modal.settings import ModalSettings
 from identify.modes.evaluate import Measured
@@ -61,6 +62,11 @@ def job_of_file(
     return Job(data.stem, [one], settings, came_from, notes, beside)
 
 
+def window_untold(options: FrfFileOptions, data: FrfSet) -> bool:
+    """Whether neither the options nor the file say that there was an exponential window, or none."""
+    return options.window_decay_per_s is None and not data.window_decay_per_s
+
+
 def _measured(data: Path, file: FrfFileOptions, place: Place) -> tuple[Measured, list[str]]:
     """The FRFs of a file with their geometry, and what is to be said about it."""
     frf_set = load_frf_set(data, file).chosen(file.outputs, file.inputs, str(data))
@@ -72,7 +78,7 @@ def _measured(data: Path, file: FrfFileOptions, place: Place) -> tuple[Measured,
             "the nodes of the FRFs",
             "check its node numbers",
         )
-    untold = file.window_decay_per_s is None and not frf_set.window_decay_per_s
+    untold = window_untold(file, frf_set)
     return (
         Measured(data.stem, str(data), frf_set, (), sensors, None if sensors is None else drawn(sensors)),
         [*notes, *([NO_WINDOW] if untold else ()), *(f"{data}: {note}" for note in frf_set.notes)],

@@ -88,6 +88,12 @@ class Robot:
             f"a number from 1 to {len(names)} or one of " + ", ".join(names),
         )
 
+    def stretched(self, first: int = 0) -> float:
+        """How far it is from joint to joint, all in one line, m; first: number of the joint, from 0, whose
+        offset from the one before it is the first that counts.
+        """
+        return float(sum(np.linalg.norm((j.origin @ j.mount)[:3, 3]) for j in self.joints[first:]))
+
     def joint_numbers(self, joints: Iterable[int | str], where: str = "robot") -> list[int]:
         """1-based numbers of joints; one that comes twice is an InputError."""
         numbers = [self.joint_number(joint, where) for joint in joints]

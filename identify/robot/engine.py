@@ -81,8 +81,7 @@ class Engine:
 
     def gravity_forces(self) -> Array:
         """(n,): generalised forces that hold the mechanism against gravity at zero displacement, N, N m."""
-        [forces] = self._weight(mujoco.MjData(self._model))
-        return np.asarray(forces)
+        return np.asarray(-self._moments @ self.mechanism.gravity)
 
     def gravity_stiffness(self) -> Array:
         """K_g (n, n): derivative of the generalised gravity forces, symmetric, N/m, N, N m/rad."""
@@ -90,10 +89,17 @@ class Engine:
 
     @cached_property
     def _gravity_stiffness(self) -> Array:
+        return _fixed(self._stiffness_of(self._moments))
+
+    @cached_property
+    def _moments(self) -> Array:
+        """(n, 3): by what each coordinate moves the first moment m x of all that it carries, along the base's
+        axes.
+        """
         body = self._model.jnt_bodyid
         arm = np.where(self._turns[:, None], self._data.subtree_com[body] - self._data.xanchor, 0.0)
         moved = np.where(self._turns[:, None], cross(self._data.xaxis, arm), self._data.xaxis)
-        return _fixed(self._stiffness_of(self._model.body_subtreemass[body, None] * moved))
+        return np.asarray(self._model.body_subtreemass[body, None] * moved)
 
     @cached_property
     def _turns(self) -> Mask:
@@ -116,15 +122,6 @@ class Engine:
         turned = np.where(self._turns[:, None], cross(self.mechanism.gravity, self._data.xaxis), 0.0)
         upper = np.where(self._above, -turned @ moved.T, 0.0)
         return np.asarray(upper + upper.T - np.diag(np.diag(upper)))
-
-    def _weight(self, data: mujoco.MjData) -> Array:
-        """(1, n): generalised forces against gravity at the displacements of the data."""
-        found = np.zeros((1, self._model.nv))
-        mujoco.mj_kinematics(self._model, data)
-        mujoco.mj_comPos(self._model, data)
-        mujoco.mj_comVel(self._model, data)
-        mujoco.mj_rne(self._model, data, 0, found[0])
-        return found
 
     def coriolis(self, rates: Array) -> Array:
         """(n, n), N s/m, N m s/rad: derivative of the Coriolis and centrifugal forces by the rates of all

@@ -36,7 +36,7 @@ def size(robot: Robot) -> Finding:
 
 def reach(robot: Robot) -> float:
     """From the second joint to the last link, stretched out, m."""
-    return float(sum(np.linalg.norm((joint.origin @ joint.mount)[:3, 3]) for joint in robot.joints[2:]))
+    return robot.stretched(2)
 
 
 def placeholders(robot: Robot) -> Iterator[Finding]:

@@ -84,7 +84,7 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
         return _in_rad_per_s(as_stated, first, quick)
     if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
         return Looked(quick)
-    decision = decided(searched(as_stated))
+    decision = decided(searched(as_stated, first))
     if decision is None:
         return Looked(quick)
     factor, edits, after = _best_factor(as_stated, decision)

@@ -2,32 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from functools import partial
 
 from identify.core.errors import InputError
-from identify.fitting.fit import Progress
-from identify.results.fit import FitResult
 from identify.setup.diagnosis import LARGE, look
 from identify.setup.sentences import sentences
 from identify.vibration.problem import Problem
 from identify.vibration.run import run_fit as fitted
-
-
-def run_fit(
-    config: Path,
-    out: Path | None,
-    overrides: dict[str, Any],
-    progress: Progress | None = None,
-    *,
-    resume: bool = False,
-    profile: Sequence[str] = (),
-    write_back: Path | None = None,
-) -> tuple[FitResult, list[Path]]:
-    """`identify.vibration.run.run_fit`, with what is wrong about the set-up said first."""
-    options: dict[str, Any] = {"resume": resume, "profile": profile, "write_back": write_back}
-    return fitted(config, out, overrides, progress, **options, advise=advise)
 
 
 def advise(problem: Problem, gap: float) -> list[str]:
@@ -36,6 +17,10 @@ def advise(problem: Problem, gap: float) -> list[str]:
         return []
     found = look(problem, gap).diagnosis
     return [] if found is None else sentences(found, problem.file.path.name)
+
+
+run_fit = partial(fitted, advise=advise)
+"""`identify.vibration.run.run_fit`, with what is wrong about the set-up said first."""
 
 
 def check_set_up(problem: Problem) -> None:

@@ -63,9 +63,9 @@ class Searched:
     asked: int
 
 
-def searched(stated: Stated) -> Searched:
-    """The mistakes that explain most of what is left."""
-    plain = Candidate(stated, scored(stated.problem()))
+def searched(stated: Stated, score: Score) -> Searched:
+    """The mistakes that explain most of what is left of a study as stated, whose score is known."""
+    plain = Candidate(stated, score)
     best, alike, asked = plain, list[Candidate](), 0
     for _ in range(_ROUNDS):
         if best.score.cost <= ROUGH:

@@ -14,12 +14,10 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.score import ROUGH, Score, scored
-from identify.vibration.all_springs import all_springs
+from identify.vibration.all_springs import all_springs, usual_stiffness
 from identify.vibration.problem import Problem, with_effects, with_given
 
 _LINES, _SETS = 10, 2
-_STIFFER, _ARM = 10.0, 0.15
-"""A bearing is about ten times as stiff as its drive, in rotation, and on a lever of 0.15 m."""
 _STEPS = GaussNewton(evaluations=20, tolerance=5e-3)
 
 
@@ -38,24 +36,20 @@ def softened(score: Score) -> Score:
 
 def _smaller(problem: Problem) -> Problem:
     """The first measurements at every other line or so: a dense model takes its time."""
-    given = []
-    for m in problem.measurements[:_SETS]:
-        data = m.given.data
-        some = np.unique(np.linspace(0, len(data.frequency_hz) - 1, _LINES).astype(int))
-        keep = np.isin(np.arange(len(data.frequency_hz)), some)
-        given.append(replace(m.given, data=data.lines(keep)))  # type: ignore[union-attr]
-    return with_given(problem, given)
+    some = [m.given for m in problem.measurements[:_SETS]]
+    return with_given(
+        problem,
+        [replace(one, data=one.data.evenly(_LINES)) for one in some],  # type: ignore[union-attr]
+    )
 
 
 def _usual(model: Problem, values: dict[str, float]) -> Array:
     """Start values (parameters,): what was found, and bearings as stiff as they usually are."""
-    drives = [value for name, value in values.items() if name.endswith("rz.stiffness")]
     usual = model.initial
+    if not any(name.endswith(".rz.stiffness") for name in values):
+        return usual
     for n, parameter in enumerate(model.parameters):
         body, axis, *what = parameter.name.split(".")
-        if parameter.name in values or what != ["stiffness"] or not drives:
-            continue
-        drive = values.get(f"{body}.rz.stiffness", max(drives) if body == "base" else min(drives))
-        stiffness = _STIFFER * drive / (_ARM**2 if axis.startswith("t") else 1.0)
-        usual[n] = np.clip(stiffness, parameter.lower, parameter.upper)
+        if parameter.name not in values and what == ["stiffness"]:
+            usual[n] = np.clip(usual_stiffness(body, axis, values), parameter.lower, parameter.upper)
     return usual

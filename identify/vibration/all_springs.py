@@ -4,6 +4,8 @@ wrong.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from identify.model.effects.base import Effect
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
@@ -13,6 +15,11 @@ from identify.model.effects.springs import Axis
 from identify.model.system import free_coordinates
 from identify.robot.posture import AXES
 from identify.vibration.problem import Problem
+
+_STIFFER, _ARM = 10.0, 0.15
+"""A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
+0.15 m.
+"""
 
 
 def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
@@ -36,6 +43,15 @@ def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": shrink}))
     return found
+
+
+def usual_stiffness(body: str, axis: str, values: Mapping[str, float]) -> float:
+    """Of a bearing of a body along or about an axis, N/m or N m/rad, by its drive's stiffness among values by
+    name; where it has none, by the least of all drives, and of a base by the largest.
+    """
+    drives = [value for name, value in values.items() if name.endswith(".rz.stiffness")]
+    drive = values.get(f"{body}.rz.stiffness", (max if body == "base" else min)(drives, default=1e6))
+    return _STIFFER * drive / (_ARM**2 if axis.startswith("t") else 1.0)
 
 
 def _held(body: str, free: set[str]) -> list[Axis]:

@@ -276,6 +276,14 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     return assembled(file, robot, points, given, values, reference, built, nuisances)
 
 
+def uncertain_as(problem: Problem, other: Problem) -> Problem:
+    """The problem where as much is uncertain as in another; itself where it states that, or nothing is."""
+    stated = other.file.study.uncertainty
+    if stated is None or problem.file.study.uncertainty is not None:
+        return problem
+    return with_uncertainty(problem, stated)
+
+
 def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
     """The same robot, effects and start values with other data of the same measurements."""
     values = {p.name: p.initial for p in problem.parameters}

@@ -96,7 +96,9 @@ def write_starter(
     described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
     told = options or FrfFileOptions()
-    entries = [_measurement(files, folder, told, len(described.joints)) for files in _grouped(data, told)]
+    read = dict[Path, _Read]()
+    groups = _grouped(data, told, read)
+    entries = [_measurement(files, folder, told, read, len(described.joints)) for files in groups]
     bands = [entry.band for entry in entries if entry.band]
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
@@ -162,12 +164,21 @@ class _Entry:
     coherence: bool = True
 
 
-def _grouped(data: list[Path], options: FrfFileOptions) -> list[list[Path]]:
-    """The files of each measurement: those of one folder that have no FRF in common are parts of one."""
+_Read = tuple[FrfSet, bool]
+"""The FRFs of files, and whether these do not say their quantity or unit."""
+
+
+def _grouped(data: list[Path], options: FrfFileOptions, read: dict[Path, _Read]) -> list[list[Path]]:
+    """The files of each measurement: those of one folder that have no FRF in common are parts of one; read:
+    gets what was read on the way.
+    """
     groups: list[list[Path]] = []
     pairs: list[set[tuple[Channel, Channel]]] = []
     for path in data:
-        own = set() if len(data) == 1 or not path.is_file() else _pairs(path, options)
+        own = set[tuple[Channel, Channel]]()
+        if len(data) > 1 and path.is_file() and path.suffix not in YAML_SUFFIXES:
+            read[path] = _loaded([path], options)
+            own = _pairs(read[path][0])
         alike = bool(groups and own and pairs[-1]) and groups[-1][0].parent == path.parent
         if alike and not own & pairs[-1]:
             groups[-1].append(path)
@@ -178,16 +189,13 @@ def _grouped(data: list[Path], options: FrfFileOptions) -> list[list[Path]]:
     return groups
 
 
-def _pairs(path: Path, options: FrfFileOptions) -> set[tuple[Channel, Channel]]:
-    """The FRFs in a file, none where it is a table of modes."""
-    if path.suffix in YAML_SUFFIXES:
-        return set()
-    read, _ = _loaded([path], options)
-    rows, columns = np.nonzero(read.measured)
-    return {(read.outputs[i], read.inputs[j]) for i, j in zip(rows, columns, strict=True)}
+def _pairs(data: FrfSet) -> set[tuple[Channel, Channel]]:
+    """Output and input of every FRF that was measured."""
+    rows, columns = np.nonzero(data.measured)
+    return {(data.outputs[i], data.inputs[j]) for i, j in zip(rows, columns, strict=True)}
 
 
-def _loaded(files: list[Path], options: FrfFileOptions) -> tuple[FrfSet, bool]:
+def _loaded(files: list[Path], options: FrfFileOptions) -> _Read:
     """The FRFs of files, and whether they only do not say their quantity or unit, for which the config then
     asks.
     """
@@ -202,10 +210,13 @@ def _loaded(files: list[Path], options: FrfFileOptions) -> tuple[FrfSet, bool]:
             raise error from None
 
 
-def _measurement(files: list[Path], folder: Path, options: FrfFileOptions, joints: int) -> _Entry:
+def _measurement(
+    files: list[Path], folder: Path, options: FrfFileOptions, read: dict[Path, _Read], joints: int
+) -> _Entry:
     if files[0].suffix in YAML_SUFFIXES:
         return _Entry("modes", _relative(files[0], folder))
-    frf_set, unknown = _loaded(files, options)
+    known = read.get(files[0]) if len(files) == 1 else None
+    frf_set, unknown = known or _loaded(files, options)
     parts = [one for path in files for one in frf_files(path)]
     size = (
         f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"

@@ -24,7 +24,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.modes import complex_modes
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
+from identify.vibration.problem import Problem, load_problem, uncertain_as, with_effects
 from identify.vibration.study import read_study
 from tests.benchmarks.discovery import stiffness_held
 from tests.hidden import config_of
@@ -113,13 +113,8 @@ def _at_posture(config: Path, posture: Array, found: Discovery) -> Problem:
     study = file.study.model_copy(update={"measurements": [first]})
     final = found.final
     values = {name: 0.0 if name.startswith("posture") else one for name, one in final.values.items()}
-    problem, stated = (
-        load_problem(file.model_copy(update={"study": study})),
-        found.problem.file.study.uncertainty,
-    )
-    if stated is not None and study.uncertainty is None:  # forms of links, found to be uncertain
-        problem = with_uncertainty(problem, stated)
-    return with_effects(problem, final.task.effects, values)
+    problem = load_problem(file.model_copy(update={"study": study}))
+    return with_effects(uncertain_as(problem, found.problem), final.task.effects, values)
 
 
 def _accelerance(target: FrfTarget, matrices: tuple[Array, Array, Array], frequency_hz: Array) -> Complex:

@@ -18,7 +18,7 @@ from identify.discovery.workbench import ImpactWorkbench
 from identify.fitting.selection.loop import Selection
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
-from identify.vibration.problem import Problem, with_effects, with_uncertainty
+from identify.vibration.problem import Problem, uncertain_as, with_effects
 from identify.vibration.uncertainty import gap
 
 Found = Selection[Effect, Trial]
@@ -36,10 +36,9 @@ def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
     named, values = found.named, found.values
     if not named:
         return None
-    stated = found.problem.file.study.uncertainty
-    if stated is not None and bench.problem.file.study.uncertainty is None:
-        bench.problem = with_uncertainty(bench.problem, stated)
-        bench.workers.turn_to(bench.problem, with_errors=True)
+    problem = uncertain_as(bench.problem, found.problem)
+    if problem is not bench.problem:
+        bench.turn_to(problem, with_errors=True)
     final = _refitted(bench, first, named, values)
     story.say(f"Refitted on all lines: {bench.standing(final)}.")
     return _told(bench, first, named, final, story)
@@ -49,9 +48,7 @@ def _unseen(study: Problem, found: Problem, effects: Sequence[Effect], values: M
     """The gap that effects and values leave on the study's data for validation, with what was found to be
     uncertain.
     """
-    stated = found.file.study.uncertainty
-    if stated is not None and study.file.study.uncertainty is None:
-        study = with_uncertainty(study, stated)
+    study = uncertain_as(study, found)
     model = with_effects(study, [*study.file.study.effects, *effects], values)
     values = {**{p.name: p.initial for p in model.parameters}, **values}
     return gap(model.targets("validate"), model.at(values))

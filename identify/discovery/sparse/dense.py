@@ -24,14 +24,14 @@ _RELAXES = 0.5
 
 def springs_and_instruments(problem: Problem) -> list[Effect]:
     """Every spring, and every sensor with its mass, force and the delay."""
-    return [*springs(problem), *_of_measurement(problem), *_of_sensors(problem)]
+    return [*all_springs(problem, shrink=True), *_of_measurement(problem), *_of_sensors(problem)]
 
 
 def springs_and_bodies(problem: Problem) -> list[Effect]:
     """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of
     the masses.
     """
-    return [*springs(problem), *_bodies(problem)]
+    return [*all_springs(problem, shrink=True), *_bodies(problem)]
 
 
 def relaxations(problem: Problem) -> list[Effect]:
@@ -61,11 +61,6 @@ def in_parts(effects: Sequence[Effect], bent: set[str]) -> list[Effect]:
 def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
     """The problem with effects beyond those of its study."""
     return with_effects(problem, [*problem.file.study.effects, *effects], {})
-
-
-def springs(problem: Problem) -> list[Effect]:
-    """Every spring, by compliance."""
-    return all_springs(problem, shrink=True)
 
 
 def _of_measurement(problem: Problem) -> list[Effect]:

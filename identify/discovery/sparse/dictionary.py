@@ -47,13 +47,12 @@ class Candidate:
     gain: float
 
 
-def candidates(problem: Problem, unknowns: Unknowns, x: Array) -> list[Candidate]:
+def candidates(problem: Problem, unknowns: Unknowns, x: Array, product: Array) -> list[Candidate]:
     """All that the catalogue has of such effects beside a dense fit of a problem at x (f,), the best first,
-    each once.
+    each once; product (f + 1, f + 1): [J r]'[J r] there.
     """
     fit = Penalised(unknowns, price=0.0)
     moving = fit.present(x)
-    product = fit.product(x, moving)
     sets = each_set(partial(_looked_at, unknowns=unknowns, x=x), fit.targets)
     fitted = [n for n, m in enumerate(problem.measurements) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()

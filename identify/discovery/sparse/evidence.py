@@ -9,8 +9,7 @@ import numpy as np
 from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING, MATERIAL
-from identify.discovery.sparse.objective import Penalised
-from identify.discovery.sparse.unknowns import Unit
+from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import uncertainty
@@ -41,23 +40,37 @@ class Support(NamedTuple):
         return self.log_odds > CONVINCING and self.fall > MATERIAL * max(gap, 1.0)
 
 
-def supports(fit: Penalised, x: Array, inflated: float) -> dict[str, Support]:
-    """Of each unit (Laplace, unit information).
+class Weighed(NamedTuple):
+    """What the data and priors say at a point of a fit: information (f, f), the product (f + 1, f + 1) of [J
+    r] behind it, the variance that is one unit of noise, and the price of a parameter.
+    """
+
+    information: Array
+    product: Array
+    scale: float
+    price: float
+
+
+def weighed(unknowns: Unknowns, product: Array, inflated: float) -> Weighed:
+    """All of that, where correlated residuals inflate variances so many times."""
+    scale = max(product[-1, -1] / unknowns.count, 1.0) * inflated
+    information = product[:-1, :-1] / scale + np.diag(unknowns.precision)
+    return Weighed(information, product, scale, 0.5 * float(np.log(max(unknowns.count / inflated, 2.0))))
+
+
+def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, Support]:
+    """Of each unit at x (f,) (Laplace, unit information).
 
     Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all
     else eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
     """
-    product = fit.product(x)
-    scale = max(product[-1, -1] / fit.count, 1.0) * inflated
-    information = product[:-1, :-1] / scale + np.diag(fit.unknowns.precision)
-    away, found = fit.unknowns.away(x), dict[str, Support]()
-    price = 0.5 * float(np.log(max(fit.count / inflated, 2.0)))
-    for unit in fit.unknowns.units:
+    away, found, left = unknowns.away(x), dict[str, Support](), known.product[-1, -1]
+    for unit in unknowns.units:
         own = unit.amplitudes
-        weight = eliminated(information, own, floor_of(unit))
+        weight = eliminated(known.information, own, floor_of(unit))
         squares = float(away[own] @ weight @ away[own])
-        more = np.sqrt((product[-1, -1] + squares * scale) / fit.count) - np.sqrt(product[-1, -1] / fit.count)
-        found[unit.name] = Support(0.5 * squares - price * _count(unit, away), float(more))
+        more = np.sqrt((left + squares * known.scale) / unknowns.count) - np.sqrt(left / unknowns.count)
+        found[unit.name] = Support(0.5 * squares - known.price * _count(unit, away), float(more))
     return found
 
 

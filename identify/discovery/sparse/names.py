@@ -52,11 +52,7 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return _of_parts(effect, values)
     if isinstance(effect, LinkFlexibility):
         places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
-        found = _stiffnesses(places, values)
-        bending, torsion = _about(places[:2], found), _about(places[2:], found)
-        more = {"bending": bending[0], "bending_damping": bending[1]}
-        more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}
-        return effect.model_copy(update={"shrink": False, **more}), found
+        return _bending(effect, places, _stiffnesses(places, values))
     classes: dict[str, tuple[Axis, ...]] = {**CLASSES, "turning": ("rz",), "": get_args(Axis)}
     axes: list[Axis] = [axis for axis in classes[kind] if values.get(f"{body}.{axis}.compliance", 0.0) > 0]
     places = [f"{body}.{axis}" for axis in axes]
@@ -81,6 +77,13 @@ def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Eff
         near, middle, far = (parts[f"{place}.part_{n}.stiffness"] for n in (1, 2, 3))
         found |= {f"{place}.stiffness": middle, f"{place}.damping": parts[f"{place}.part_2.damping"]}
         found |= {f"{place}.near_stiffness": near - middle, f"{place}.far_stiffness": far - middle}
+    return _bending(effect, places, found)
+
+
+def _bending(
+    effect: LinkFlexibility, places: Sequence[str], found: dict[str, float]
+) -> tuple[Effect, dict[str, float]]:
+    """A link that bends in two planes and twists, about stiffnesses that were found."""
     bending, torsion = _about(places[:2], found), _about(places[2:], found)
     more = {"bending": bending[0], "bending_damping": bending[1]}
     more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}

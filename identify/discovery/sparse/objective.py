@@ -68,7 +68,7 @@ class Penalised:
         targets = replace(unknowns.problem.targets(), nuisances=())
         cost = FrfLeastSquares(residual="log" if logarithmic else "complex")
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
-        self.count = sum(2 * target.sigma.size for target in self.targets)
+        self.count = unknowns.count
         springs = unknowns.springs
         self.groups = [unit for unit in unknowns.units if unit.priced and not springs[unit.amplitudes].all()]
 

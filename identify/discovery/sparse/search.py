@@ -17,13 +17,12 @@ from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import (
     in_parts,
     relaxations,
-    springs,
     springs_and_bodies,
     springs_and_instruments,
     with_more,
 )
 from identify.discovery.sparse.dictionary import candidates
-from identify.discovery.sparse.evidence import Support, eliminated, floor_of, inflation, supports
+from identify.discovery.sparse.evidence import Support, eliminated, floor_of, inflation, supports, weighed
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
@@ -34,16 +33,13 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
+from identify.vibration.all_springs import all_springs, usual_stiffness
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_uncertainty
 
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
 after units left.
-"""
-_STIFFER, _ARM = 10.0, 0.15
-"""A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
-0.15 m.
 """
 _MORE, _MOST_ENTERED, _TRIED, _PAYS = 12, 8, 2, 3
 """Steps after something entered; how often more may enter, and how many are tried at a time; parameters that
@@ -58,7 +54,7 @@ _SEEN = 1.0
 @dataclass(frozen=True)
 class Found:
     """A dense fit: the study's problem and that with all effects, its unknowns, where it ended, its gap and
-    objective; effects: what it has beyond the study.
+    objective; effects: what it has beyond the study; product (f + 1, f + 1): [J r]'[J r] there.
     """
 
     study: Problem
@@ -68,6 +64,7 @@ class Found:
     x: Array
     gap: float
     objective: float
+    product: Array
 
     @property
     def values(self) -> dict[str, float]:
@@ -123,7 +120,7 @@ def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) ->
     """
     stated = bool(problem.nuisances.entries)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    structure = tuple(springs(problem))
+    structure = tuple(all_springs(problem, shrink=True))
     found = _further(dense_fit(bending, structure, usual=True), story)
     yield found
     if found.gap >= CLOSED:
@@ -139,7 +136,7 @@ def _further(found: Found, story: Story) -> Found:
     """The fit with what the dense model has no amplitude for: drives that relax, links that bend by parts,
     and all that the dictionary has, one by one, as long as each pays for its parameters.
     """
-    price = 0.5 * float(np.log(Penalised(found.unknowns).count))
+    price = 0.5 * float(np.log(found.unknowns.count))
     for _ in range(_MOST_ENTERED):
         if found.gap < CLOSED or story.late:
             break
@@ -168,7 +165,7 @@ def _trials(found: Found) -> Iterator[Trial]:
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
         yield _foreseen(found, effects, values), effects, values
-    for one in candidates(found.problem, found.unknowns, found.x)[:_TRIED]:
+    for one in candidates(found.problem, found.unknowns, found.x, found.product)[:_TRIED]:
         yield one.gain, (*found.effects, one.effect), one.values
 
 
@@ -189,13 +186,13 @@ def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, fl
 
 def _bent(found: Found) -> set[str]:
     """Names of the links whose bending moves more than what is left."""
-    product, unknowns = Penalised(found.unknowns).product(found.x), found.unknowns
+    unknowns = found.unknowns
     return {
         unit.effect.link
         for unit in unknowns.units
         if isinstance(unit.effect, LinkFlexibility)
         and not unit.effect.nonuniform
-        and unknowns.moved(unit, found.x, product) > _SEEN * found.gap
+        and unknowns.moved(unit, found.x, found.product) > _SEEN * found.gap
     }
 
 
@@ -252,22 +249,18 @@ def _settled(
     study: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
 ) -> Found:
     x = fit.minimise(Point(x), steps).x
-    squares = fit.squares(x)
-    gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, fit.local(x))
-    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective)
+    squares, local = fit.squares(x), fit.local(x)
+    gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
+    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective, local.product)
 
 
 def _usual(unknowns: Unknowns) -> Array:
     """The reference with compliances of usual bearings; links are rigid."""
     x, values = unknowns.reference.copy(), {p.name: p.initial for p in unknowns.problem.parameters}
-    drives = [value for name, value in values.items() if name.endswith(".rz.stiffness")]
     for number in np.flatnonzero(unknowns.springs):
         body, axis, *_ = unknowns.names[number].split(".")
-        if not body.startswith(("base", "joint", "payload")):
-            continue
-        drive = values.get(f"{body}.rz.stiffness", (max if body == "base" else min)(drives, default=1e6))
-        stiffness = _STIFFER * drive / (_ARM**2 if axis.startswith("t") else 1.0)
-        x[number] = min(1 / stiffness, unknowns.limits[1][number])
+        if body.startswith(("base", "joint", "payload")):
+            x[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
     return x
 
 
@@ -279,15 +272,14 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     fitted again: what is weak beside another may be strong without it.  Of all models on the way the
     likeliest is then kept.
     """
-    local = Penalised(found.unknowns).local(found.x)
-    asked, x = found.unknowns, found.x
-    seen = [one for one in asked.units if asked.moved(one, x, local.product) > _SEEN * local.gap]
+    asked, least = found.unknowns, _SEEN * max(found.gap, 1.0)
+    seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
     inflated, path = 1.0, list[tuple[Found, dict[str, Support]]]()
     while seen:
         found = refitted(found, seen)
         if inflated == 1.0:
             inflated = inflation(found.problem, found.unknowns.to_values(found.x))
-        support = supports(Penalised(found.unknowns, price=0.0), found.x, inflated)
+        support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
         path.append((found, support))
         loose = sorted((s.log_odds, name) for name, s in support.items() if not s.holds(found.gap))
         if not loose:
@@ -312,7 +304,7 @@ def _predictive(
     """
 
     def cost(one: tuple[Found, dict[str, Support]]) -> float:
-        count = max(Penalised(one[0].unknowns).count / inflated, 2.0)
+        count = max(one[0].unknowns.count / inflated, 2.0)
         numbers = sum(len(unit.all) for unit in one[0].unknowns.units)
         return float(count * np.log(max(one[0].gap, 1.0)) + 0.5 * np.log(count) * numbers)
 
@@ -357,11 +349,8 @@ def _of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
 
 def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[Named]:
     """The units that stayed as effects of the catalogue, the best supported first."""
-    fit, values, result = Penalised(found.unknowns, price=0.0), found.values, list[Named]()
-    product = fit.product(found.x)
-    scale = max(product[-1, -1] / fit.count, 1.0) * inflated
-    information = product[:-1, :-1] / scale + np.diag(found.unknowns.precision)
-    price = 0.5 * float(np.log(max(fit.count / inflated, 2.0)))
+    values, result = found.values, list[Named]()
+    known = weighed(found.unknowns, found.product, inflated)
     for unit in found.unknowns.units:
         mine = {found.unknowns.names[n] for n in unit.all}
         effect, own = unit.effect, {name: value for name, value in values.items() if name in mine}
@@ -373,8 +362,8 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
             error = found.x[unit.amplitudes].reshape(3, 3)
-            weight = eliminated(information, unit.amplitudes, floor_of(unit))
-            effect, own, _ = names.of_sensor(int(unit.name), error, weight, price)
+            weight = eliminated(known.information, unit.amplitudes, floor_of(unit))
+            effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
         result.append(Named(effect, own, evidence[unit.name].log_odds))
     return sorted(names.of_all_forces(result, _forces(found.problem)), key=lambda one: -one.evidence)
 

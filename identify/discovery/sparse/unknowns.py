@@ -45,6 +45,11 @@ class Unknowns:
     known: int
 
     @cached_property
+    def count(self) -> int:
+        """Real numbers measured."""
+        return sum(2 * target.sigma.size for target in self.problem.targets().frf)
+
+    @cached_property
     def free(self) -> Index:
         """Their numbers among all."""
         return np.array([n for n, p in enumerate(self.problem.parameters) if p.free], dtype=int)

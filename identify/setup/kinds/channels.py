@@ -67,7 +67,7 @@ def turned(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     views = beside(plain, stated.points)
     found: list[tuple[float, Hypothesis]] = []
     for node in _nodes(views):
-        own = [view for view in views if node in view.nodes]
+        own = _with(views, node)
         now = sum(view.apart(node, _of(view, node)) for view in own)
         for turn in _TURNS:
             left = sum(view.apart(node, _seen(turn, _of(view, node))) for view in own)
@@ -113,7 +113,7 @@ def exchanged(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     found: list[tuple[float, Hypothesis]] = []
     forces = {one.node for view in views for one in view.target.data.inputs}
     for one, other in combinations(_nodes(views), 2):
-        both = [view for view in views if {one, other} <= set(view.nodes)]
+        both = _with(views, one, other)
         now = sum(view.apart(node, _of(view, node)) for view in both for node in (one, other))
         left = sum(
             view.apart(node, _of(view, there))
@@ -171,7 +171,7 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     views = beside(plain, stated.points)
     found: list[tuple[float, Hypothesis]] = []
     for node in _nodes(views):
-        own = [view for view in views if node in view.nodes]
+        own = _with(views, node)
         now = sum(view.apart(node, _of(view, node)) for view in own)
         for name in names:
             point = replace(stated.points[node], link=name)
@@ -190,7 +190,7 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     views = beside(plain, stated.points)
     sensors, forces = list[_Sized](), list[_Sized]()
     for node in _nodes(views):
-        own = [view for view in views if node in view.nodes]
+        own = _with(views, node)
         parts = [(slice(0, 3), str(node), f"the sensor at point {node}")]
         parts += [
             (slice(axis, axis + 1), str(one), f"channel {one}")
@@ -284,6 +284,11 @@ def _of(view: Beside, node: int) -> Complex:
 def _seen(turn: Array, motion: Complex) -> Complex:
     """Motions (lines, 3, inputs) along other axes."""
     return np.asarray(np.einsum("ij,ljk->lik", turn, motion), dtype=complex)
+
+
+def _with(views: list[Beside], *nodes: int) -> list[Beside]:
+    """Those that have all of some points."""
+    return [view for view in views if {*nodes} <= {*view.nodes}]
 
 
 def _nodes(views: list[Beside]) -> list[int]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import permutations
+from itertools import combinations, permutations
 from typing import Any
 
 from identify.core.text import listed
@@ -70,8 +70,7 @@ def postures(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 def _exchanges(count: int) -> Iterator[tuple[int, ...]]:
     """Orders with two exchanged."""
-    for one in range(count):
-        for other in range(one + 1, count):
-            order = list(range(count))
-            order[one], order[other] = other, one
-            yield tuple(order)
+    for one, other in combinations(range(count), 2):
+        order = list(range(count))
+        order[one], order[other] = other, one
+        yield tuple(order)

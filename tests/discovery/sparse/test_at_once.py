@@ -14,11 +14,11 @@ import pytest
 
 from identify.core.threads import one_thread
 from identify.discovery.records import timed
-from identify.discovery.sparse.dense import springs
 from identify.discovery.sparse.dictionary import candidates
 from identify.discovery.sparse.search import dense_fit, explain
 from identify.discovery.thinned import thinned
 from identify.fitting.selection.workbench import Story
+from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 from tests.generator.cases import hide
@@ -77,8 +77,8 @@ def test_a_resonator_is_found_by_its_score_before_it_is_fitted(tmp_path: Path) -
     """No spring stands for it; the axis and the link are those that gain most at amplitude zero."""
     with one_thread():
         problem = problem_of(tmp_path, "absorber_l3", 4)
-        found = dense_fit(problem, tuple(springs(problem)), usual=False)
-        best, *_ = candidates(found.problem, found.unknowns, found.x)
+        found = dense_fit(problem, tuple(all_springs(problem, shrink=True)), usual=False)
+        best, *_ = candidates(found.problem, found.unknowns, found.x, found.product)
     hidden = truth_of(tmp_path)
     assert (
         best.effect.sentence()
