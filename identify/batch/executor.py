@@ -10,12 +10,12 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from identify.batch.child import close_all, kill_all, perform
 from identify.batch.cluster import joined
-from identify.batch.job import Job, JobOutcome, called, failure
+from identify.batch.job import Job, JobOutcome, performed
 from identify.core.threads import processors
 
 _ASK_S = 2.0
@@ -46,12 +46,8 @@ def here() -> Executor:
     def begin(
         call: str, arguments: Mapping[str, Any], attempt: int, limit_s: float | None
     ) -> Future[JobOutcome]:
-        done, began = Future[JobOutcome](), time.perf_counter()
-        try:
-            outcome = JobOutcome("done", value=called(call, arguments, attempt))
-        except Exception as error:  # as in a worker, it is the job's outcome
-            outcome = failure(error)
-        done.set_result(replace(outcome, seconds=time.perf_counter() - began))
+        done = Future[JobOutcome]()
+        done.set_result(performed(call, arguments, attempt))
         return done
 
     return Executor(begin, lambda: 1, "this process")

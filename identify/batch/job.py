@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import errno
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
 from identify.core.errors import InputError, InputErrors
 
@@ -37,10 +38,28 @@ class JobOutcome:
     seconds: float = 0.0
 
 
-def called(call: str, arguments: Mapping[str, Any], attempt: int) -> dict[str, Any]:
-    """What a call `module:function` returns, in this process."""
-    module, name = call.split(":")
-    return dict(getattr(import_module(module), name)(**arguments, attempt=attempt) or {})
+def performed(call: str, arguments: Mapping[str, Any], attempt: int) -> JobOutcome:
+    """What a call `module:function` comes to, in this process."""
+    began = time.perf_counter()
+    with _Attempt() as tried:
+        module, name = call.split(":")
+        value = getattr(import_module(module), name)(**arguments, attempt=attempt)
+        tried.outcome = JobOutcome("done", value=dict(value or {}))
+    return replace(tried.outcome, seconds=time.perf_counter() - began)
+
+
+class _Attempt:
+    """A job under way: whatever goes wrong in it is its outcome, and does not end the process."""
+
+    outcome = JobOutcome("lost")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
+        if isinstance(error, Exception):
+            self.outcome = failure(error)
+        return isinstance(error, Exception)
 
 
 def failure(error: BaseException) -> JobOutcome:

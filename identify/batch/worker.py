@@ -16,11 +16,10 @@ import queue
 import signal
 import sys
 import threading
-import time
 from importlib import import_module
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO
 
-from identify.batch.job import JobOutcome, called, failure
+from identify.batch.job import performed
 from identify.core.threads import work_in
 from identify.results.provenance import computing
 
@@ -40,25 +39,7 @@ def main() -> None:
     _say(answers, {"ready": computing()})
     while True:
         asked = json.loads(lines.get())
-        began = time.perf_counter()
-        with _Attempt() as attempt:
-            attempt.outcome = JobOutcome("done", value=called(**asked))
-        outcome = dataclasses.replace(attempt.outcome, seconds=time.perf_counter() - began)
-        _say(answers, dataclasses.asdict(outcome))
-
-
-class _Attempt:
-    """A job under way: whatever goes wrong in it is its outcome, and does not end the worker."""
-
-    outcome = JobOutcome("lost")
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> bool:
-        if isinstance(error, Exception):
-            self.outcome = failure(error)
-        return isinstance(error, Exception)
+        _say(answers, dataclasses.asdict(performed(**asked)))
 
 
 def _listen(source: BinaryIO, lines: queue.Queue[bytes]) -> None:
