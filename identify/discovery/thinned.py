@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.arrays import Mask
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.given import Given
 from identify.vibration.problem import Measurement, Problem, with_effects
@@ -18,6 +19,8 @@ _LINES, _FEWEST = 84, 21
 """Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
 evenly over the band.
 """
+_LEAST = 8
+"""Lines of the lower part of a band at least."""
 
 
 def thinned(problem: Problem) -> Problem:
@@ -31,17 +34,31 @@ def thinned(problem: Problem) -> Problem:
     def fewer(m: Measurement) -> Measurement:
         if not isinstance(m.target, FrfTarget):
             return m
-        lines = (
-            np.arange(len(m.target.data.frequency_hz))
-            % max(1, round(len(m.target.data.frequency_hz) / wanted))
-            == 0
-        )
-        noise = None if m.target.noise is None else m.target.noise[lines]
-        data = replace(m.target.data.lines(lines), noise=noise)
-        given: Given = replace(m.given, data=data)
-        return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
+        count = len(m.target.data.frequency_hz)
+        return _at_lines(m, np.arange(count) % max(1, round(count / wanted)) == 0)
 
     return replace(problem, measurements=tuple(fewer(m) for m in fitted))
+
+
+def below(problem: Problem, share: float) -> Problem:
+    """The same problem with the lower share of the band of every measurement."""
+
+    def lower(m: Measurement) -> Measurement:
+        if not isinstance(m.target, FrfTarget):
+            return m
+        lines = m.target.data.frequency_hz
+        return _at_lines(m, lines <= max(lines[0] + share * (lines[-1] - lines[0]), lines[:_LEAST][-1]))
+
+    return replace(problem, measurements=tuple(lower(m) for m in problem.measurements))
+
+
+def _at_lines(m: Measurement, lines: Mask) -> Measurement:
+    """Some frequency lines (lines,) of a measurement of FRFs."""
+    assert isinstance(m.target, FrfTarget)
+    noise = None if m.target.noise is None else m.target.noise[lines]
+    data = replace(m.target.data.lines(lines), noise=noise)
+    given: Given = replace(m.given, data=data)
+    return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
 
 
 def _third(channels: int) -> NDArray[np.bool_]:

@@ -53,7 +53,7 @@ def candidates(problem: Problem, unknowns: Unknowns, x: Array, product: Array) -
     """
     fit = Penalised(unknowns, price=0.0)
     moving = fit.present(x)
-    sets = each_set(partial(_looked_at, unknowns=unknowns, x=x), fit.targets)
+    sets = each_set(partial(about, unknowns=unknowns, x=x), fit.targets)
     fitted = [n for n, m in enumerate(problem.measurements) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, model in _models(problem, _instances(problem)):
@@ -66,7 +66,7 @@ def candidates(problem: Problem, unknowns: Unknowns, x: Array, product: Array) -
 
 
 @dataclass(frozen=True)
-class _Set:
+class About:
     """An FRF set about a point of the search: what it says of the free unknowns (numbers; slope: d value /
     d x), and S G (lines, outputs, n) and G B (lines, n, inputs) at s (lines,), at values of the parameters.
     """
@@ -80,13 +80,14 @@ class _Set:
     ends: tuple[Complex, Complex]
 
 
-def _looked_at(target: FrfTarget, unknowns: Unknowns, x: Array) -> _Set:
+def about(target: FrfTarget, unknowns: Unknowns, x: Array) -> About:
+    """A set about x (f,)."""
     values, free = unknowns.to_values(x), unknowns.free
     there, own = target.at(values)
     response = there.response(own)
     slope = np.where(unknowns.log, values[free], 1.0)
     rows = rows_of(target, values, free, over_noise)
-    return _Set(target, rows, free, slope, own, there.s_at(own), (response.to_out, response.motion(0)))
+    return About(target, rows, free, slope, own, there.s_at(own), (response.to_out, response.motion(0)))
 
 
 def _models(problem: Problem, kinds: Iterator[list[Effect]]) -> Iterator[tuple[Sequence[Effect], Problem]]:
@@ -156,7 +157,7 @@ def _band(model: Problem) -> tuple[float, float]:
     return min(one[0] for one in lines), max(one[-1] for one in lines)
 
 
-def _crossed(pair: tuple[_Set, System], shapes: Sequence[_Shape]) -> tuple[Array, Array, Array]:
+def _crossed(pair: tuple[About, System], shapes: Sequence[_Shape]) -> tuple[Array, Array, Array]:
     """Of every start of every shape (k,): J'd (f, k), d'd and d'r, d what it changes in units of noise."""
     one, system = pair
     target, rows = one.target, one.rows
@@ -229,13 +230,18 @@ def _best(
         first = mine.stop
         most = _most(model, shape)
         amount = np.clip(-slope[mine] / np.maximum(left[mine], 1e-300), 0.0, most)
-        fall = np.minimum(-2 * amount * slope[mine] - amount**2 * left[mine], 0.999 * squares)
+        fall = -2 * amount * slope[mine] - amount**2 * left[mine]
         row = int(np.argmax(fall))
         names = [model.parameters[n].name for n in shape.numbers]
         start = dict(zip(names, (shape.starts[row] * amount[row]).tolist(), strict=True))
         if amount[row] > 0:
-            found.append(Candidate(effect, start, float(-0.5 * fit.count * np.log1p(-fall[row] / squares))))
+            found.append(Candidate(effect, start, gain_of(fall[row], squares, fit.count)))
     return found
+
+
+def gain_of(fall: float, squares: float, count: int) -> float:
+    """What it gains that the squares fall, in units of log likelihood with a free scale."""
+    return float(-0.5 * count * np.log1p(-min(fall / squares, 0.999)))
 
 
 def _most(model: Problem, shape: _Shape) -> Array:

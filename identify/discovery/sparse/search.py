@@ -21,11 +21,21 @@ from identify.discovery.sparse.dense import (
     springs_and_instruments,
     with_more,
 )
-from identify.discovery.sparse.dictionary import candidates
-from identify.discovery.sparse.evidence import Support, eliminated, floor_of, inflation, supports, weighed
+from identify.discovery.sparse.dictionary import candidates, gain_of
+from identify.discovery.sparse.evidence import (
+    Support,
+    Weighed,
+    eliminated,
+    floor_of,
+    inflation,
+    supports,
+    weighed,
+)
+from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
+from identify.discovery.thinned import below
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
@@ -45,6 +55,8 @@ _MORE, _MOST_ENTERED, _TRIED, _PAYS = 12, 8, 2, 3
 """Steps after something entered; how often more may enter, and how many are tried at a time; parameters that
 each must pay for at least.
 """
+_SHARES = ((1.0,), (0.25, 0.5, 1.0))
+"""Of the band: all of it at once, and from low to high."""
 _FEW = 2
 """Units that explain the data from rigid bearings, so that no other start can do with much less."""
 _SEEN = 1.0
@@ -109,23 +121,47 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
         fits.append(dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True))
     if _open(fits) and not story.late:
         fits += _structure_first(problem, every, story)
-    best = min(fits, key=_objective)
+    best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     return _said(*pruned(best, say, unseen))
 
 
+def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
+    """The likeliest; where all leave something open, none of them is the truth, and the one that predicts
+    unseen data best is kept.
+    """
+    if unseen is None or not _open(fits):
+        return min(fits, key=_objective)
+    return min(fits, key=lambda one: unseen(one.study, one.effects, one.values))
+
+
 def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) -> Iterator[Found]:
     """The structure alone, with the forms of links uncertain, and, where that leaves something open, with
-    the instruments: free sensors make up for shapes that are not there yet, and would keep them out.
+    the instruments: free sensors make up for shapes that are not there yet, and would keep them out.  What
+    then still is open stays out of sensors that no fault of an instrument explains.
     """
     stated = bool(problem.nuisances.entries)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     structure = tuple(all_springs(problem, shrink=True))
-    found = _further(dense_fit(bending, structure, usual=True), story)
+    starts = [dense_fit(bending, structure, usual=True, shares=shares) for shares in _SHARES]
+    found = _further(min(starts, key=_objective), story)
     yield found
     if found.gap >= CLOSED:
         instruments = tuple(one for one in every if one not in structure)
-        yield _with(found, (*found.effects, *instruments), {})
+        more = _with(found, (*found.effects, *instruments), {})
+        yield more if more.gap < CLOSED else _recognised(more)
+
+
+def _recognised(found: Found) -> Found:
+    """The fit without sensors whose errors have no form of their own, such as a gain or exchanged axes."""
+    known = weighed(found.unknowns, found.product, 1.0)
+    units = [
+        one
+        for one in found.unknowns.units
+        if not isinstance(one.effect, SensorMatrix)
+        or not isinstance(_of_sensor(found, one, known)[0], SensorMatrix)
+    ]
+    return _with(found, tuple(_of_units(found, units)), {})
 
 
 def _open(fits: Sequence[Found]) -> bool:
@@ -165,6 +201,8 @@ def _trials(found: Found) -> Iterator[Trial]:
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
         yield _foreseen(found, effects, values), effects, values
+    for gain, effects in moved_mounts(found.study, found.unknowns, found.effects, found.x, found.product):
+        yield gain, effects, {}
     for one in candidates(found.problem, found.unknowns, found.x, found.product)[:_TRIED]:
         yield one.gain, (*found.effects, one.effect), one.values
 
@@ -181,7 +219,7 @@ def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, fl
     damped = curvature + np.diag(np.where(np.diag(curvature) > 0, 1e-3 * np.diag(curvature), 1.0))
     change = bounded_step(damped, slope, lower, upper)
     fall = float(slope @ change - 0.5 * change @ curvature @ change) * local.gap**2
-    return float(-0.5 * fit.count * np.log1p(-min(2 * fall / local.product[-1, -1], 0.999)))
+    return gain_of(2 * fall, local.product[-1, -1], fit.count)
 
 
 def _bent(found: Found) -> set[str]:
@@ -233,15 +271,23 @@ def _objective(fit: Found) -> float:
     return fit.objective
 
 
-def dense_fit(problem: Problem, effects: tuple[Effect, ...], *, usual: bool) -> Found:
+def dense_fit(
+    problem: Problem, effects: tuple[Effect, ...], *, usual: bool, shares: Sequence[float] = (1.0,)
+) -> Found:
     """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
     are, where all give way a little: small ones hide each other on the way from rigid.
+
+    shares: of the band, from low to high: lower resonances are in place before higher ones count.
     """
-    model = with_more(problem, effects)
-    unknowns = Unknowns(model, len(problem.file.study.effects))
-    x = _usual(unknowns) if usual else unknowns.reference
-    x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
-    x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
+    known, x = len(problem.file.study.effects), np.zeros(0)
+    for share in shares:
+        unknowns = Unknowns(with_more(below(problem, share), effects), known)
+        if not len(x):
+            x = _usual(unknowns) if usual else unknowns.reference
+            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
+        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
+        if share < 1:
+            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS).x
     return _settled(problem, unknowns, effects, x, Penalised(unknowns), _STEPS)
 
 
@@ -361,11 +407,17 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
         elif isinstance(effect, SensorMass):
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
-            error = found.x[unit.amplitudes].reshape(3, 3)
-            weight = eliminated(known.information, unit.amplitudes, floor_of(unit))
-            effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
+            effect, own = _of_sensor(found, unit, known)
         result.append(Named(effect, own, evidence[unit.name].log_odds))
     return sorted(names.of_all_forces(result, _forces(found.problem)), key=lambda one: -one.evidence)
+
+
+def _of_sensor(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:
+    """The simplest fault that a sensor's matrix stands for."""
+    error = found.x[unit.amplitudes].reshape(3, 3)
+    weight = eliminated(known.information, unit.amplitudes, floor_of(unit))
+    effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
+    return effect, own
 
 
 def _forces(problem: Problem) -> int:

@@ -16,6 +16,10 @@ from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 
+_GUESS_STD = 1.0
+"""Of the logarithm of a study's own parameters about its first guesses: what flat directions and trials on
+part of the band must not carry away.
+"""
 _MEASURED_STD = 1.0
 """Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are
 rare.
@@ -121,7 +125,8 @@ class Unknowns:
     @cached_property
     def precision(self) -> Array:
         """(f,) of normal priors about the reference; zero where nothing is known before."""
-        found = np.zeros(len(self.free))
+        own = {n for _, numbers in self.problem.measurements[0].system.effects[: self.known] for n in numbers}
+        found = np.where(self.log & np.isin(self.free, list(own)), _GUESS_STD**-2, 0.0)
         for position, number in enumerate(self.free):
             if self.problem.parameters[number].nuisance:
                 found[position] = 1.0

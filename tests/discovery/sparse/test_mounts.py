@@ -1,0 +1,72 @@
+"""A payload's soft mount is moved to where it is."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.core.arrays import Array, Complex
+from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.mounts import moved_mounts
+from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.unknowns import Unknowns
+from identify.model.effects.base import Effect
+from identify.model.effects.mount_compliance import MountCompliance
+from identify.vibration.problem import Problem, load_problem
+from identify.vibration.study import read_study
+from tests.generator.generate import generate
+from tests.generator.makes import MAKES
+from tests.generator.spec import TestSpec
+from tests.hidden import config_of
+
+PAYLOAD = {
+    "link": "link6",
+    "mass_kg": 8.0,
+    "centre_m": [0.0, 0.0, 0.15],
+    "inertia_kg_m2": [0.1, 0.1, 0.1, 0, 0, 0],
+}
+SOFT = 2e-5
+"""rad/(N m)."""
+
+
+def _with_payload(folder: Path) -> Problem:
+    spec = TestSpec(MAKES["compact"](4).at_points([5, 12, 14]), seed=4, averages=2, oversampling=8)
+    generate(replace(spec, case="test"), folder / "test")
+    test = json.loads((folder / "test" / "test.json").read_text())
+    (folder / "test" / "test.json").write_text(json.dumps({**test, "payload": PAYLOAD}))
+    return load_problem(read_study(config_of(folder / "test", folder)))
+
+
+def _values(model: Problem) -> Array:
+    """The study's first guesses, and a mount that tilts."""
+    soft = {f"payload1.{axis}.compliance": SOFT for axis in ("rx", "ry")}
+    return np.array([soft.get(p.name, p.initial) for p in model.parameters])
+
+
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.03), (0.02, -0.01, 0.05)])
+def test_steps_lead_to_where_the_mount_is(tmp_path: Path, place: tuple[float, float, float]) -> None:
+    study = _with_payload(tmp_path)
+    effects: tuple[Effect, ...] = (MountCompliance(axes=["rx", "ry"], shrink=True),)
+    there = with_more(study, [effects[0].model_copy(update={"at_m": place})])
+    read = [target.predict(_values(there)) for target in there.targets().frf]
+    fitted = [m for m in study.measurements if m.settings.use == "fit"]
+    study = replace(study, measurements=tuple(map(_reading, fitted, read)))
+    for _ in range(4):
+        model = with_more(study, effects)
+        unknowns = Unknowns(model, len(study.file.study.effects))
+        x = unknowns.to_x(_values(model))
+        product = Penalised(unknowns, price=0.0).product(x)
+        [(gain, effects)] = moved_mounts(study, unknowns, effects, x, product)
+        assert gain >= 0
+    assert effects[0].at_m == pytest.approx(place, abs=2e-3)  # type: ignore[attr-defined]
+
+
+def _reading(measurement: Any, frf: Complex) -> Any:
+    data = replace(measurement.target.data, frf=frf)
+    given = replace(measurement.given, data=data)
+    return replace(measurement, given=given, target=replace(measurement.target, data=data))
