@@ -4,13 +4,11 @@ name.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array
-from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
 from identify.discovery.sparse.bounded import bounded_step
@@ -19,7 +17,6 @@ from identify.discovery.sparse.dense import (
     relaxations,
     springs_and_bodies,
     springs_and_instruments,
-    with_more,
 )
 from identify.discovery.sparse.dictionary import candidates, gain_of
 from identify.discovery.sparse.evidence import (
@@ -27,15 +24,14 @@ from identify.discovery.sparse.evidence import (
     Weighed,
     eliminated,
     floor_of,
-    inflation,
-    supports,
     weighed,
 )
+from identify.discovery.sparse.fit import Found, begun, dense_fit, gone_on, of_units
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.objective import Penalised, Point
-from identify.discovery.sparse.unknowns import Unit, Unknowns
-from identify.discovery.thinned import below
+from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.prune import SEEN, Say, Unseen, costs_of_dropping, pruned
+from identify.discovery.sparse.unknowns import Unit
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
@@ -43,51 +39,16 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
-from identify.vibration.all_springs import all_springs, usual_stiffness
+from identify.vibration.all_springs import all_springs
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_uncertainty
 
-_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
-"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
-after units left.
-"""
-_MORE, _MOST_ENTERED, _TRIED, _PAYS = 12, 8, 2, 3
-"""Steps after something entered; how often more may enter, and how many are tried at a time; parameters that
-each must pay for at least.
-"""
+_MOST_ENTERED, _TRIED, _PAYS = 8, 2, 3
+"""How often more may enter, how many are tried at a time, and parameters that each must pay for at least."""
 _SHARES = ((1.0,), (0.25, 0.5, 1.0))
 """Of the band: all of it at once, and from low to high."""
 _FEW = 2
 """Units that explain the data from rigid bearings, so that no other start can do with much less."""
-_SEEN = 1.0
-"""Units of what is left that an amplitude must move to be kept for a look at its evidence."""
-
-
-@dataclass(frozen=True)
-class Found:
-    """A dense fit: the study's problem and that with all effects, its unknowns, where it ended, its gap and
-    objective; effects: what it has beyond the study; product (f + 1, f + 1): [J r]'[J r] there.
-    """
-
-    study: Problem
-    problem: Problem
-    unknowns: Unknowns
-    effects: tuple[Effect, ...]
-    x: Array
-    gap: float
-    objective: float
-    product: Array
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Of all unknowns, by name."""
-        every = self.unknowns.to_values(self.x)
-        return {p.name: float(value) for p, value in zip(self.problem.parameters, every, strict=True)}
-
-
-Say = Callable[[str], None]
-Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
-"""The gap on data that are not fitted."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +76,7 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
         if fits[-1].gap < CLOSED:
             few = pruned(fits[-1], say, unseen)
             if few[0].gap < CLOSED and len(few[1]) <= _FEW:
-                return _said(*few)
+                return _said(*few, unseen, say)
     fits.append(dense_fit(problem, every, usual=True))
     if _open(fits) and not stated and not story.late:
         fits.append(dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True))
@@ -123,7 +84,7 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
         fits += _structure_first(problem, every, story)
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-    return _said(*pruned(best, say, unseen))
+    return _said(*pruned(best, say, unseen), unseen, say)
 
 
 def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
@@ -148,7 +109,7 @@ def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) ->
     yield found
     if found.gap >= CLOSED:
         instruments = tuple(one for one in every if one not in structure)
-        more = _with(found, (*found.effects, *instruments), {})
+        more = gone_on(found, (*found.effects, *instruments), {})
         yield more if more.gap < CLOSED else _recognised(more)
 
 
@@ -161,7 +122,7 @@ def _recognised(found: Found) -> Found:
         if not isinstance(one.effect, SensorMatrix)
         or not isinstance(_of_sensor(found, one, known)[0], SensorMatrix)
     ]
-    return _with(found, tuple(_of_units(found, units)), {})
+    return gone_on(found, tuple(of_units(found, units)), {})
 
 
 def _open(fits: Sequence[Found]) -> bool:
@@ -177,7 +138,7 @@ def _further(found: Found, story: Story) -> Found:
         if found.gap < CLOSED or story.late:
             break
         trials = sorted(_trials(found), key=lambda one: -one[0])[:_TRIED]
-        fitted = [_with(found, one[1], one[2]) for one in trials if one[0] > _PAYS * price]
+        fitted = [gone_on(found, one[1], one[2]) for one in trials if one[0] > _PAYS * price]
         best = min(fitted, key=_objective, default=found)
         if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
             break
@@ -211,7 +172,7 @@ def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, fl
     """What other effects would gain by the quadratic about where they begin, in units of log likelihood with
     a free scale.
     """
-    unknowns, x = _begun(found, effects, values)
+    unknowns, x = begun(found, effects, values)
     fit = Penalised(unknowns, price=0.0)
     local = fit.local(x)
     curvature, slope = fit.quadratic(x, local)
@@ -230,7 +191,7 @@ def _bent(found: Found) -> set[str]:
         for unit in unknowns.units
         if isinstance(unit.effect, LinkFlexibility)
         and not unit.effect.nonuniform
-        and unknowns.moved(unit, found.x, found.product) > _SEEN * found.gap
+        and unknowns.moved(unit, found.x, found.product) > SEEN * found.gap
     }
 
 
@@ -245,156 +206,26 @@ def _parts(found: Found, bent: set[str]) -> dict[str, float]:
     return more
 
 
-def _with(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
-    """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
-    unknowns, x = _begun(found, effects, values)
-    steps = _MORE if len(effects) > len(found.effects) else _STEPS
-    return _settled(found.study, unknowns, effects, x, Penalised(unknowns), steps)
-
-
-def _begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
-    model = with_more(found.study, effects)
-    unknowns = Unknowns(model, len(found.study.file.study.effects))
-    known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}
-    return unknowns, unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
-
-
-def _compliances(model: Problem) -> list[str]:
-    return [p.name for p in model.parameters if p.name.endswith(".compliance")]
-
-
-def _said(kept: Found, evidence: dict[str, Support], inflated: float) -> Explained:
-    return Explained(named(kept, evidence, inflated), kept.values, kept.study)
+def _said(
+    kept: Found, evidence: dict[str, Support], inflated: float, unseen: Unseen | None, say: Say
+) -> Explained:
+    worth = {}
+    if unseen is not None and kept.gap >= CLOSED:
+        worth = costs_of_dropping(kept, inflated, unseen)
+        say("Effects are ranked by what leaving each out costs on data that are not fitted.")
+    return Explained(named(kept, evidence, inflated, worth), kept.values, kept.study)
 
 
 def _objective(fit: Found) -> float:
     return fit.objective
 
 
-def dense_fit(
-    problem: Problem, effects: tuple[Effect, ...], *, usual: bool, shares: Sequence[float] = (1.0,)
-) -> Found:
-    """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
-    are, where all give way a little: small ones hide each other on the way from rigid.
-
-    shares: of the band, from low to high: lower resonances are in place before higher ones count.
+def named(
+    found: Found, evidence: Mapping[str, Support], inflated: float, worth: Mapping[str, float]
+) -> list[Named]:
+    """The units that stayed as effects of the catalogue: those first that predictions need most, where a gap
+    stays, else the best supported.
     """
-    known, x = len(problem.file.study.effects), np.zeros(0)
-    for share in shares:
-        unknowns = Unknowns(with_more(below(problem, share), effects), known)
-        if not len(x):
-            x = _usual(unknowns) if usual else unknowns.reference
-            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
-        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
-        if share < 1:
-            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS).x
-    return _settled(problem, unknowns, effects, x, Penalised(unknowns), _STEPS)
-
-
-def _settled(
-    study: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
-) -> Found:
-    x = fit.minimise(Point(x), steps).x
-    squares, local = fit.squares(x), fit.local(x)
-    gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
-    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective, local.product)
-
-
-def _usual(unknowns: Unknowns) -> Array:
-    """The reference with compliances of usual bearings; links are rigid."""
-    x, values = unknowns.reference.copy(), {p.name: p.initial for p in unknowns.problem.parameters}
-    for number in np.flatnonzero(unknowns.springs):
-        body, axis, *_ = unknowns.names[number].split(".")
-        if body.startswith(("base", "joint", "payload")):
-            x[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
-    return x
-
-
-def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, Support], float]:
-    """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
-    by unit; how much the residuals' correlation inflates variances.
-
-    Where a gap stays, units go the least supported first, a quarter of them at most before all others are
-    fitted again: what is weak beside another may be strong without it.  Of all models on the way the
-    likeliest is then kept.
-    """
-    asked, least = found.unknowns, _SEEN * max(found.gap, 1.0)
-    seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
-    inflated, path = 1.0, list[tuple[Found, dict[str, Support]]]()
-    while seen:
-        found = refitted(found, seen)
-        if inflated == 1.0:
-            inflated = inflation(found.problem, found.unknowns.to_values(found.x))
-        support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
-        path.append((found, support))
-        loose = sorted((s.log_odds, name) for name, s in support.items() if not s.holds(found.gap))
-        if not loose:
-            break
-        most = len(loose) if found.gap < CLOSED else max(len(support) // 4, 1)
-        gone = {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
-        say(f"Without evidence: {', '.join(sorted(gone))}.")
-        seen = [unit for unit in found.unknowns.units if unit.name not in gone]
-    if not seen:
-        path.append((refitted(found, []), {}))
-    if unseen is not None and path[-1][0].gap >= CLOSED:
-        return *_predictive(path, unseen, inflated), inflated
-    return *path[-1], inflated
-
-
-def _predictive(
-    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen, inflated: float
-) -> tuple[Found, dict[str, Support]]:
-    """Of models from large to small the likeliest, by BIC with the inflation of the largest: what is judged
-    against a gap that grows as units go would let all of them go.  Of those not less likely, beyond what
-    convinces, the one that predicts unseen data best.
-    """
-
-    def cost(one: tuple[Found, dict[str, Support]]) -> float:
-        count = max(one[0].unknowns.count / inflated, 2.0)
-        numbers = sum(len(unit.all) for unit in one[0].unknowns.units)
-        return float(count * np.log(max(one[0].gap, 1.0)) + 0.5 * np.log(count) * numbers)
-
-    costs = [cost(one) for one in path]
-    likely = [one for one, own in zip(path, costs, strict=True) if own < min(costs) + CONVINCING]
-    return min(likely, key=lambda one: unseen(one[0].study, one[0].effects, one[0].values))
-
-
-def refitted(found: Found, units: Sequence[Unit]) -> Found:
-    """The fit with these units only, no price on any of them."""
-    effects = tuple(_of_units(found, units))
-    # Priors stay where they were: what was found is where it starts, not their centre.
-    model = with_more(found.study, effects)
-    unknowns = Unknowns(model, len(found.study.file.study.effects))
-    started = unknowns.to_x(np.array([found.values[p.name] for p in model.parameters]))
-    return _settled(found.study, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
-
-
-def _of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
-    """Dense effects that have these units and no others; axes that stay rigid are left out."""
-    kept: list[Effect] = []
-    for effect in found.effects:
-        own = [unit for unit in units if unit.effect == effect]
-        if isinstance(effect, Springs):
-            soft = [
-                found.unknowns.names[n].split(".")[1]
-                for unit in own
-                for n in unit.amplitudes
-                if found.x[n] > 0
-            ]
-            axes = [axis for axis in effect.axes if axis in soft]
-            if axes:
-                kept.append(effect.model_copy(update={"axes": axes}))
-        elif isinstance(effect, SensorMatrix):
-            points = [point for point in effect.points if str(point) in {unit.name for unit in own}]
-            if points:
-                kept.append(effect.model_copy(update={"points": points}))
-        elif own:
-            kept.append(effect)
-    return kept
-
-
-def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[Named]:
-    """The units that stayed as effects of the catalogue, the best supported first."""
     values, result = found.values, list[Named]()
     known = weighed(found.unknowns, found.product, inflated)
     for unit in found.unknowns.units:
@@ -408,8 +239,9 @@ def named(found: Found, evidence: dict[str, Support], inflated: float) -> list[N
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
             effect, own = _of_sensor(found, unit, known)
-        result.append(Named(effect, own, evidence[unit.name].log_odds))
-    return sorted(names.of_all_forces(result, _forces(found.problem)), key=lambda one: -one.evidence)
+        result.append(Named(effect, own, evidence[unit.name].log_odds, worth.get(unit.name, 0.0)))
+    found_all = names.of_all_forces(result, _forces(found.problem))
+    return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
 
 
 def _of_sensor(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:

@@ -15,7 +15,8 @@ import pytest
 from identify.core.threads import one_thread
 from identify.discovery.records import timed
 from identify.discovery.sparse.dictionary import candidates
-from identify.discovery.sparse.search import dense_fit, explain
+from identify.discovery.sparse.fit import dense_fit
+from identify.discovery.sparse.search import explain
 from identify.discovery.thinned import thinned
 from identify.fitting.selection.workbench import Story
 from identify.vibration.all_springs import all_springs

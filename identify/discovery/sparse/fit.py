@@ -1,0 +1,140 @@
+"""A dense fit: where it starts, how it ends, and the same gone on with more effects or with fewer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.objective import Penalised, Point
+from identify.discovery.sparse.unknowns import Unit, Unknowns
+from identify.discovery.thinned import below
+from identify.model.effects.base import Effect
+from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.model.effects.springs import Springs
+from identify.vibration.all_springs import usual_stiffness
+from identify.vibration.problem import Problem
+
+_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
+"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
+after units left.
+"""
+_MORE = 12
+"""Steps after something entered."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A dense fit: the study's problem and that with all effects, its unknowns, where it ended, its gap and
+    objective; effects: what it has beyond the study; product (f + 1, f + 1): [J r]'[J r] there.
+    """
+
+    study: Problem
+    problem: Problem
+    unknowns: Unknowns
+    effects: tuple[Effect, ...]
+    x: Array
+    gap: float
+    objective: float
+    product: Array
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Of all unknowns, by name."""
+        every = self.unknowns.to_values(self.x)
+        return {p.name: float(value) for p, value in zip(self.problem.parameters, every, strict=True)}
+
+
+def dense_fit(
+    problem: Problem, effects: tuple[Effect, ...], *, usual: bool, shares: Sequence[float] = (1.0,)
+) -> Found:
+    """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
+    are, where all give way a little: small ones hide each other on the way from rigid.
+
+    shares: of the band, from low to high: lower resonances are in place before higher ones count.
+    """
+    known, x = len(problem.file.study.effects), np.zeros(0)
+    for share in shares:
+        unknowns = Unknowns(with_more(below(problem, share), effects), known)
+        if not len(x):
+            x = _usual(unknowns) if usual else unknowns.reference
+            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
+        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
+        if share < 1:
+            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS).x
+    return _settled(problem, unknowns, effects, x, Penalised(unknowns), _STEPS)
+
+
+def _settled(
+    study: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
+) -> Found:
+    x = fit.minimise(Point(x), steps).x
+    squares, local = fit.squares(x), fit.local(x)
+    gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
+    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective, local.product)
+
+
+def _usual(unknowns: Unknowns) -> Array:
+    """The reference with compliances of usual bearings; links are rigid."""
+    x, values = unknowns.reference.copy(), {p.name: p.initial for p in unknowns.problem.parameters}
+    for number in np.flatnonzero(unknowns.springs):
+        body, axis, *_ = unknowns.names[number].split(".")
+        if body.startswith(("base", "joint", "payload")):
+            x[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
+    return x
+
+
+def gone_on(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
+    """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
+    unknowns, x = begun(found, effects, values)
+    steps = _MORE if len(effects) > len(found.effects) else _STEPS
+    return _settled(found.study, unknowns, effects, x, Penalised(unknowns), steps)
+
+
+def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
+    """Unknowns with other effects, and where they begin."""
+    model = with_more(found.study, effects)
+    unknowns = Unknowns(model, len(found.study.file.study.effects))
+    known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}
+    return unknowns, unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
+
+
+def _compliances(model: Problem) -> list[str]:
+    return [p.name for p in model.parameters if p.name.endswith(".compliance")]
+
+
+def refitted(found: Found, units: Sequence[Unit]) -> Found:
+    """The fit with these units only, no price on any of them."""
+    effects = tuple(of_units(found, units))
+    # Priors stay where they were: what was found is where it starts, not their centre.
+    model = with_more(found.study, effects)
+    unknowns = Unknowns(model, len(found.study.file.study.effects))
+    started = unknowns.to_x(np.array([found.values[p.name] for p in model.parameters]))
+    return _settled(found.study, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
+
+
+def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
+    """Dense effects that have these units and no others; axes that stay rigid are left out."""
+    kept: list[Effect] = []
+    for effect in found.effects:
+        own = [unit for unit in units if unit.effect == effect]
+        if isinstance(effect, Springs):
+            soft = [
+                found.unknowns.names[n].split(".")[1]
+                for unit in own
+                for n in unit.amplitudes
+                if found.x[n] > 0
+            ]
+            axes = [axis for axis in effect.axes if axis in soft]
+            if axes:
+                kept.append(effect.model_copy(update={"axes": axes}))
+        elif isinstance(effect, SensorMatrix):
+            points = [point for point in effect.points if str(point) in {unit.name for unit in own}]
+            if points:
+                kept.append(effect.model_copy(update={"points": points}))
+        elif own:
+            kept.append(effect)
+    return kept

@@ -1,0 +1,97 @@
+"""Units without evidence taken out of a dense fit, and which of the models on the way is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from identify.core.arrays import Index
+from identify.core.thresholds import CONVINCING
+from identify.discovery.evidence import CLOSED
+from identify.discovery.sparse.evidence import Support, inflation, supports, weighed
+from identify.discovery.sparse.fit import Found, refitted
+from identify.model.effects.base import Effect
+from identify.vibration.problem import Problem
+
+SEEN = 1.0
+"""Units of what is left that an amplitude must move to be kept for a look at its evidence."""
+
+_NOTHING = 20.0
+"""Logarithm of how many times smaller an effect is that is not there."""
+
+Say = Callable[[str], None]
+Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
+"""The gap on data that are not fitted."""
+
+
+def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, Support], float]:
+    """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
+    by unit; how much the residuals' correlation inflates variances.
+
+    Where a gap stays, units go the least supported first, a quarter of them at most before all others are
+    fitted again: what is weak beside another may be strong without it.  Of all models on the way the
+    likeliest is then kept.
+    """
+    asked, least = found.unknowns, SEEN * max(found.gap, 1.0)
+    seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
+    inflated, path = 1.0, list[tuple[Found, dict[str, Support]]]()
+    while seen:
+        found = refitted(found, seen)
+        if inflated == 1.0:
+            inflated = inflation(found.problem, found.unknowns.to_values(found.x))
+        support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
+        path.append((found, support))
+        loose = sorted((s.log_odds, name) for name, s in support.items() if not s.holds(found.gap))
+        if not loose:
+            break
+        most = len(loose) if found.gap < CLOSED else max(len(support) // 4, 1)
+        gone = {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
+        say(f"Without evidence: {', '.join(sorted(gone))}.")
+        seen = [unit for unit in found.unknowns.units if unit.name not in gone]
+    if not seen:
+        path.append((refitted(found, []), {}))
+    if unseen is not None and path[-1][0].gap >= CLOSED:
+        return *_predictive(path, unseen, inflated), inflated
+    return *path[-1], inflated
+
+
+def _predictive(
+    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen, inflated: float
+) -> tuple[Found, dict[str, Support]]:
+    """Of models from large to small the likeliest, by BIC with the inflation of the largest: what is judged
+    against a gap that grows as units go would let all of them go.  Of those not less likely, beyond what
+    convinces, the one that predicts unseen data best.
+    """
+
+    def cost(one: tuple[Found, dict[str, Support]]) -> float:
+        count = max(one[0].unknowns.count / inflated, 2.0)
+        numbers = sum(len(unit.all) for unit in one[0].unknowns.units)
+        return float(count * np.log(max(one[0].gap, 1.0)) + 0.5 * np.log(count) * numbers)
+
+    costs = [cost(one) for one in path]
+    likely = [one for one, own in zip(path, costs, strict=True) if own < min(costs) + CONVINCING]
+    return min(likely, key=lambda one: unseen(one[0].study, one[0].effects, one[0].values))
+
+
+def costs_of_dropping(found: Found, inflated: float, unseen: Unseen) -> dict[str, float]:
+    """By how much the gap on data that are not fitted rises without each unit, all else moved as the
+    quadratic about the fit says.
+    """
+    unknowns, known = found.unknowns, weighed(found.unknowns, found.product, inflated)
+    away, lower, upper = unknowns.away(found.x), *unknowns.limits
+
+    def gap_without(gone: Index) -> float:
+        rest = np.setdiff1d(np.arange(len(away)), gone)
+        size = np.sqrt(np.maximum(np.diag(known.information)[rest], 1e-300))
+        scaled = known.information[np.ix_(rest, rest)] / np.outer(size, size) + 1e-9 * np.eye(len(rest))
+        pull = known.information[np.ix_(rest, gone)] @ away[gone]
+        x = found.x.copy()
+        x[gone] -= np.where(unknowns.log[gone], _NOTHING, away[gone])
+        x[rest] = np.clip(x[rest] + np.linalg.solve(scaled, pull / size) / size, lower[rest], upper[rest])
+        every = unknowns.to_values(x)
+        values = {p.name: float(v) for p, v in zip(unknowns.problem.parameters, every, strict=True)}
+        return unseen(found.study, found.effects, values)
+
+    present = unseen(found.study, found.effects, found.values)
+    return {unit.name: gap_without(unit.amplitudes) - present for unit in unknowns.units}
