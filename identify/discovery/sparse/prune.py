@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from identify.core.arrays import Index
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import MATERIAL
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse.evidence import Support, inflation, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
@@ -31,7 +31,7 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
 
     Where a gap stays, units go the least supported first, a quarter of them at most before all others are
     fitted again: what is weak beside another may be strong without it.  Of all models on the way the
-    likeliest is then kept.
+    one is then kept that predicts unseen data best.
     """
     asked, least = found.unknowns, SEEN * max(found.gap, 1.0)
     seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
@@ -52,26 +52,20 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     if not seen:
         path.append((refitted(found, []), {}))
     if unseen is not None and path[-1][0].gap >= CLOSED:
-        return *_predictive(path, unseen, inflated), inflated
+        return *smallest_that_predicts(path, unseen), inflated
     return *path[-1], inflated
 
 
-def _predictive(
-    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen, inflated: float
+def smallest_that_predicts(
+    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen
 ) -> tuple[Found, dict[str, Support]]:
-    """Of models from large to small the likeliest, by BIC with the inflation of the largest: what is judged
-    against a gap that grows as units go would let all of them go.  Of those not less likely, beyond what
-    convinces, the one that predicts unseen data best.
+    """Of models from large to small the smallest that predicts unseen data as well as any: what is judged
+    against a gap that grows as units go would let all of them go, and against residuals that are all alike,
+    as those of a wrong model are, would keep next to none.
     """
-
-    def cost(one: tuple[Found, dict[str, Support]]) -> float:
-        count = max(one[0].unknowns.count / inflated, 2.0)
-        numbers = sum(len(unit.all) for unit in one[0].unknowns.units)
-        return float(count * np.log(max(one[0].gap, 1.0)) + 0.5 * np.log(count) * numbers)
-
-    costs = [cost(one) for one in path]
-    likely = [one for one, own in zip(path, costs, strict=True) if own < min(costs) + CONVINCING]
-    return min(likely, key=lambda one: unseen(one[0].study, one[0].effects, one[0].values))
+    gaps = [unseen(found.study, found.effects, found.values) for found, _ in path]
+    last = max(n for n, gap in enumerate(gaps) if gap < min(gaps) * (1 + MATERIAL))
+    return path[last]
 
 
 def costs_of_dropping(found: Found, inflated: float, unseen: Unseen) -> dict[str, float]:

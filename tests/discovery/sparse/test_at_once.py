@@ -5,6 +5,7 @@ no code with the fit.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,20 @@ import pytest
 
 from identify.core.threads import one_thread
 from identify.discovery.records import timed
+from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import candidates
-from identify.discovery.sparse.fit import dense_fit
+from identify.discovery.sparse.evidence import Support
+from identify.discovery.sparse.fit import Found, dense_fit, refitted
+from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import explain
-from identify.discovery.thinned import thinned
+from identify.discovery.thinned import below, thinned
 from identify.fitting.selection.workbench import Story
+from identify.model.effects.base import Effect
 from identify.vibration.all_springs import all_springs
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import gap
 from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
@@ -97,6 +104,43 @@ def test_after_the_time_that_was_given_nothing_new_is_begun(tmp_path: Path) -> N
     assert story.late
     assert not any(one.startswith("With ") for one in said)
     assert not any(one.effect.kind == "appended-resonator" for one in found.named)
+
+
+def test_what_predictions_need_is_worth_most_and_small_models_are_kept(tmp_path: Path) -> None:
+    """The data for validation are those of the test itself: what is there costs most to leave out; of models
+    that predict alike the smallest is kept.
+    """
+    with one_thread():
+        problem = problem_of(tmp_path, "tilt_j2", 4)
+        structure = tuple(all_springs(problem, shrink=True))
+        found = dense_fit(problem, structure, usual=True, shares=(0.5, 1.0))
+        assert found.gap < 1.2
+        kept = refitted(found, [u for u in found.unknowns.units if u.name.startswith(("joint2", "joint5"))])
+        worth = costs_of_dropping(kept, 1.0, left_by)
+        assert max(worth, key=lambda name: worth[name]) == "joint2.tilt"
+        assert worth["joint2.tilt"] > 5
+        assert all(abs(one) < 0.1 for name, one in worth.items() if name != "joint2.tilt")
+        without = refitted(kept, [u for u in kept.unknowns.units if u.name != "joint2.tilt"])
+        few = refitted(kept, [u for u in kept.unknowns.units if u.name == "joint2.tilt"])
+        path: list[tuple[Found, dict[str, Support]]] = [(found, {}), (kept, {}), (few, {}), (without, {})]
+        assert smallest_that_predicts(path, left_by)[0] is few
+
+
+def left_by(study: Problem, effects: Sequence[Effect], values: dict[str, float]) -> float:
+    """The gap on the data that are fitted."""
+    model = with_more(study, effects)
+    return gap(model.targets(), np.array([values.get(p.name, p.initial) for p in model.parameters]))
+
+
+def test_the_lower_part_of_a_band_has_its_lines_and_noise(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, "none", 4)
+    for m, low in zip(problem.measurements, below(problem, 0.3).measurements, strict=True):
+        lines = m.given.data.frequency_hz
+        count = int(np.sum(lines <= lines[0] + 0.3 * np.ptp(lines)))
+        assert len(low.given.data.frequency_hz) == count
+        assert isinstance(low.target, FrfTarget)
+        assert isinstance(m.target, FrfTarget)
+        np.testing.assert_array_equal(low.target.sigma, m.target.sigma[:count])
 
 
 def truth_of(folder: Path) -> dict[str, Any]:
