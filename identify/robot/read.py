@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.robot.chain import Choice
 from identify.robot.description import Robot
 from identify.robot.dh import read_dh
 from identify.robot.settings import RobotSettings
@@ -18,10 +19,13 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
 
     unknown_bodies: links may have no mass or no inertia, because these are what is looked for.
     """
-    path = settings.urdf or settings.dh or Path()
-    pull: dict[str, Any] = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
-    read = read_urdf if settings.urdf else read_dh
-    robot = read(folder / path, unknown_bodies=unknown_bodies, units=settings.units, **pull)
+    more: dict[str, Any] = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
+    more |= {"unknown_bodies": unknown_bodies, "units": settings.units}
+    if settings.urdf:
+        choice = Choice(settings.tip, settings.lock)
+        robot = read_urdf(folder / settings.urdf, choice=choice, arguments=settings.arguments, **more)
+    else:
+        robot = read_dh(folder / (settings.dh or Path()), **more)
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
