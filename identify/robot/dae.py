@@ -123,11 +123,11 @@ def _moved(element: Element) -> Array:
     if tag == "matrix":
         found = _numbers(element).reshape(4, 4)
     elif tag == "translate":
-        found[:3, 3] = _numbers(element)
+        found[:3, 3] = _numbers(element).reshape(3)
     elif tag == "rotate":
         x, y, z, angle = _numbers(element)
         axis = np.array([x, y, z]) / (np.linalg.norm([x, y, z]) or 1.0)
         found = turned(np.radians(angle) * axis)
     elif tag == "scale":
-        found[:3, :3] = np.diag(_numbers(element))
+        found[:3, :3] = np.diag(_numbers(element).reshape(3))
     return found

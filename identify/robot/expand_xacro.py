@@ -36,7 +36,7 @@ def expanded(path: Path, arguments: dict[str, str]) -> Group:
         raise
     except Exception as error:  # whatever the expressions and includes of a stranger's file raise
         raise Refused("", _said(error)) from error
-    return Group({"urdf": document.toxml()})
+    return Group({"urdf": document.documentElement.toprettyxml(indent="  ")})
 
 
 def _said(error: Exception) -> str:

@@ -8,7 +8,7 @@ inertias too large; the mean of both is right on average (docs/mesh_bodies.md ha
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -62,8 +62,12 @@ class Shape:
 
     @cached_property
     def solid(self) -> Moments:
-        """Of what it encloses; where its surface is not closed, or turned, of its convex hull."""
-        found = volume(self.mesh)
+        """Of what it encloses, holes closed towards the centre of its convex hull; where that is nothing that
+        a surface can enclose, of the hull.
+        """
+        middle = self.hull.centre
+        found = volume(Mesh(self.mesh.vertices - middle, self.mesh.triangles))
+        found = replace(found, centre=found.centre + middle)
         filled = _LEAST_FILLED < found.size / self.hull.size < _MOST_FILLED
         return found if filled and np.linalg.eigvalsh(found.inertia)[0] > 0 else self.hull
 
@@ -128,7 +132,7 @@ class Wanted:
 
     mass_kg: float | None = None
     base_kg: float | None = None
-    motors: Mapping[str, float] | None = None
+    motors: Mapping[str, float] = field(default_factory=dict)
     everything: bool = False
 
 
@@ -138,8 +142,8 @@ def unknown(robot: Robot, everything: bool = False) -> list[str]:
 
 
 def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
-    """Bodies of the moving links of which nothing, or no inertia, is known; InputError where meshes or the
-    mass are missing.
+    """Bodies of the moving links of which nothing, or no inertia, is known, and of a base that shares in the
+    mass; InputError where meshes or the mass are missing.
     """
     found, names = shapes(robot), unknown(robot, wanted.everything)
     missing = [name for name in names if name not in found]
@@ -148,9 +152,11 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
         raise InputError(robot.name, f"no mesh for {listed(missing)} ({why})", "a mesh for each link", _FIX)
     told = {link.name: link.mass for link in robot.links if link.mass > 0 and not wanted.everything}
     weightless = [name for name in names if name not in told]
-    motors = _motors(robot, wanted.motors or {}, weightless)
-    rest = _rest(robot, wanted, told, sum(m.mass for m in motors.values())) if weightless else 0.0
-    sharing = [*weightless, *([robot.links[0].name] if _base_shares(robot, wanted, told) else [])]
+    base = robot.links[0].name
+    if weightless and wanted.base_kg is None and base in found and base not in told:
+        weightless, names = [base, *weightless], [base, *names]
+    motors = _motors(robot, wanted.motors, weightless)
+    rest = _rest(robot, wanted, told, found, sum(wanted.motors.values())) if weightless else 0.0
     bodies = []
     for name in names:
         shape, link = found[name], robot.link(name)
@@ -158,7 +164,7 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
             body = _halves(shape, told[name], told[name])
             body = replace(body, centre=link.centre if np.any(link.centre) else body.centre)
         else:
-            body = _halves(shape, *(rest * part for part in _shares(shape, [found[n] for n in sharing])))
+            body = _halves(shape, *(rest * part for part in _shares(shape, [found[n] for n in weightless])))
             body = merge(body, motors[name]) if name in motors else body
         bodies.append(_possible(replace(body, name=name)))
     return bodies
@@ -177,40 +183,36 @@ def _shares(shape: Shape, of: Sequence[Shape]) -> tuple[float, float]:
     )
 
 
-def _base_shares(robot: Robot, wanted: Wanted, told: Mapping[str, float]) -> bool:
-    return wanted.base_kg is None and robot.links[0].name not in told
-
-
-def _rest(robot: Robot, wanted: Wanted, told: Mapping[str, float], motors_kg: float) -> float:
+def _rest(
+    robot: Robot, wanted: Wanted, told: Mapping[str, float], found: Mapping[str, Shape], motors_kg: float
+) -> float:
     """The mass that is left for links of unknown mass, and the base where it shares in it."""
     base = robot.links[0].name
     if wanted.mass_kg is None:
-        found = f"no mass of {listed(unknown(robot, wanted.everything))}"
-        raise InputError(robot.name, found, "the mass of the robot", "give that of its data sheet: --mass-kg")
-    if _base_shares(robot, wanted, told) and base not in shapes(robot):
-        found = f"no mesh of the base {base!r}, so that its part of {wanted.mass_kg:g} kg is not known"
-        raise InputError(
-            robot.name, found, "a mesh, or its mass", "give the mass of what stands still: --base-kg"
-        )
-    moving = {name: mass for name, mass in told.items() if name != base}
+        missing = f"no mass of {listed(unknown(robot, wanted.everything))}"
+        fix = "give that of its data sheet: --mass-kg"
+        raise InputError(robot.name, missing, "the mass of the robot", fix)
+    if wanted.base_kg is None and base not in (*told, *found):
+        missing = f"no mesh of the base {base!r}, so that its part of {wanted.mass_kg:g} kg is not known"
+        fix = "give the mass of what stands still: --base-kg"
+        raise InputError(robot.name, missing, "a mesh, or its mass", fix)
+    moving = sum(mass for name, mass in told.items() if name != base)
     of_base = wanted.base_kg if wanted.base_kg is not None else told.get(base, 0.0)
-    rest = wanted.mass_kg - sum(moving.values()) - of_base - motors_kg
+    rest = wanted.mass_kg - moving - of_base - motors_kg
     if rest <= 0:
-        found = f"{wanted.mass_kg:g} kg, which the parts of known mass exceed by {-rest:.4g} kg"
-        raise InputError("--mass-kg", found, "the mass of the whole robot")
+        more = f"{wanted.mass_kg:g} kg, which the parts of known mass exceed by {-rest:.4g} kg"
+        raise InputError("--mass-kg", more, "the mass of the whole robot")
     return rest
 
 
 def _motors(robot: Robot, told: Mapping[str, float], weightless: Sequence[str]) -> dict[str, Link]:
-    """Point masses at the joints that motors turn, by the moving link that carries them."""
+    """Point masses at the joints that motors turn, by the link that carries them."""
     found: dict[str, Link] = {}
     for name, mass in told.items():
         joint = robot.joints[robot.joint_number(int(name) if name.isdigit() else name, "--motor") - 1]
         if joint.parent not in weightless:
-            if joint.parent == robot.links[0].name:
-                continue  # on the base, which does not move: only its mass counts
-            found_text = f"link {joint.parent!r}, which carries that motor, has a mass by the file"
-            raise InputError("--motor", found_text, "motors on links whose mass is not known")
+            known = f"link {joint.parent!r}, which carries the motor of joint {name}, has a mass by the file"
+            raise InputError("--motor", known, "motors on links whose mass is not known")
         point = Link("motor", mass, joint.origin[:3, 3], np.zeros((3, 3)))
         found[joint.parent] = merge(found[joint.parent], point) if joint.parent in found else point
     return found

@@ -6,6 +6,7 @@ that the body goes to that link as a whole, and the inertias of what is held to 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -97,8 +98,16 @@ def _relocate_meshes(markup: Markup, old: Path, new: Path) -> None:
     for mesh in markup.root.iter("mesh"):
         name = mesh.get("filename", "")
         found = mesh_place(old, name)
-        if name and ("://" not in name or found.is_file()):
-            _put_attribute(markup, mesh, "filename", relocated(found if "://" in name else name, old, new))
+        if name and (found.is_file() or not ("://" in name or Path(name).is_absolute())):
+            _put_attribute(markup, mesh, "filename", relocated(_beside(found, old), old, new))
+
+
+def _beside(path: Path, folder: Path) -> Path:
+    """A path relative to a folder; on another drive as it is."""
+    try:
+        return Path(os.path.relpath(path, folder.resolve()))
+    except ValueError:
+        return path
 
 
 def _put_attribute(markup: Markup, element: ElementTree.Element, name: str, value: str) -> None:

@@ -105,19 +105,16 @@ def _made(
     given = {name: value for name, value in given.items() if name != "arguments"}
     robot = read_urdf(path, choice=told.choice)
     found = masses(robot)
-    said = f"wrote {path}: bodies of {listed(names)} made of their meshes"
-    return NewRobot(
-        robot,
-        path,
-        _keys(given, told),
-        _uncertainty(whole, robot, names),
-        (*robot.notes, said, found.sentence),
-    )
+    new = listed([body.name for body in bodies])
+    said = (*robot.notes, f"wrote {path}: bodies of {new} made of their meshes", found.sentence)
+    stated = _uncertainty(whole, robot, names, told.wanted.everything)
+    return NewRobot(robot, path, _keys(given, told), stated, said)
 
 
-def _uncertainty(before: Robot, robot: Robot, names: list[str]) -> str:
+def _uncertainty(before: Robot, robot: Robot, names: list[str], everything: bool) -> str:
     """What is stated of bodies that were made: the level where all were, else each of its own."""
-    if len(names) == len(robot.links) - 1 and all(before.link(name).mass == 0 for name in names):
+    new = everything or all(before.link(name).mass == 0 for name in names)
+    if new and len(names) == len(robot.links) - 1:
         return "meshes"
     each = {}
     for name in names:
