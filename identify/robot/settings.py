@@ -17,10 +17,10 @@ Ratio = Annotated[float, Field(ge=1)]
 class Payload(Settings):
     """A rigid body fixed to a link."""
 
-    link: str = Field(description="link or frame that carries it")
+    link: str = Field(description="link, or frame such as a flange, that carries it")
     mass_kg: float = Field(gt=0, description="its mass")
     centre_m: tuple[float, float, float] = Field(
-        (0.0, 0.0, 0.0), description="centre of mass in the link's frame"
+        (0.0, 0.0, 0.0), description="centre of mass in the link's, or that, frame"
     )
     inertia_kg_m2: tuple[float, float, float, float, float, float] = Field(
         (0.0,) * 6, description="ixx, iyy, izz, ixy, ixz, iyz about that centre; default: a point mass"
@@ -57,10 +57,18 @@ class RobotSettings(Settings):
         " default: down z, or as the DH file says",
     )
 
+    mounted_rpy_deg: tuple[float, float, float] | None = Field(
+        None,
+        description="how the base is mounted: roll, pitch, yaw of its axes in those of the ground, degrees;"
+        " [180, 0, 0] from a ceiling, [0, 90, 0] on a wall; default: upright",
+    )
+
     @model_validator(mode="after")
     def _one(self) -> RobotSettings:
         if (self.urdf is None) == (self.dh is None):
             raise ValueError("give either `urdf` or `dh`")
+        if self.gravity_m_s2 is not None and self.mounted_rpy_deg is not None:
+            raise ValueError("give either `gravity_m_s2` or `mounted_rpy_deg`")
         if self.dh and (self.arguments or self.tip or self.lock):
             raise ValueError("`arguments`, `tip` and `lock` are of a `urdf`")
         return self

@@ -22,6 +22,7 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import frf_files, load_frf_set
 from identify.measured.several import is_pattern
 from identify.robot.description import Robot
+from identify.robot.joint_angles import from_ground
 from identify.vibration.starter_robot import Told, new_robot, relative
 
 _TEMPLATE = """\
@@ -31,6 +32,7 @@ schema: identify/1
 name: {{ name }}                     # names the result file in reports/
 robot: { {{- robot_key }}: {{ robot }}{{ robot_keys }}}
     # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
+{{ from_ground -}}
 points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
 measurements:
 {%- for m in measurements %}
@@ -108,6 +110,7 @@ def write_starter(
         robot_key=key,
         robot=relative(new.file, folder),
         robot_keys=new.keys,
+        from_ground=_from_ground(described),
         uncertainty=f"uncertainty: {new.uncertainty}" if new.uncertainty else "# uncertainty: typical",
         last_link=described.links[-1].name,
         points=relative(points, folder),
@@ -251,6 +254,15 @@ def _named(files: list[Path], folder: Path) -> str:
 def _round(frequency: float) -> float:
     """To three digits."""
     return float(f"{frequency:.3g}")
+
+
+def _from_ground(robot: Robot) -> str:
+    """How a joint 3 that is counted from the ground would be told."""
+    times = from_ground(robot)
+    if times is None:
+        return ""
+    key = f"joint_angles: {{coupling: {{3: {{2: {times:g}}}}}}}"
+    return f"# {key}   # if joint 3 is counted from the ground: Fanuc; arms with a parallelogram\n"
 
 
 def _joints(robot: Robot) -> str:

@@ -117,6 +117,7 @@ def test_the_data_sheet_is_shared_by_volume_and_surface(tmp_path: Path) -> None:
     solid = solid_box(1.0, np.array([0.1, 0.1, 0.4]))
     _, shell = shell_box(np.array([0.1, 0.1, 0.4]))
     own = np.diag(found["two"].inertia)
+    assert (found["two"].mass, own[0]) == (pytest.approx(55.04, abs=0.01), pytest.approx(0.878, abs=1e-3))
     assert own == pytest.approx(50 * 4 / 7 * solid + 50 * 18 / 34 * shell)
 
 
