@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,6 +24,17 @@ _READ = "an STL, OBJ or COLLADA file"
 
 def read_mesh(path: Path) -> Mesh:
     """The triangles of a file, in its own unit; InputError for what cannot be read or holds none."""
+    try:
+        status = path.stat()
+    except (OSError, ValueError):  # what is wrong with it is said on reading
+        return _read(path, (0, 0))
+    return _read(path, (status.st_mtime_ns, status.st_size))
+
+
+@lru_cache(maxsize=32)
+def _read(path: Path, stamp: tuple[int, int]) -> Mesh:
+    """The same of a file as it was at a time, ns, with a size: masses and drawings look at it in turn."""
+    del stamp
     readers = {".stl": _stl, ".obj": _obj, ".dae": read_dae}
     reader = readers.get(path.suffix.lower())
     if reader is None:

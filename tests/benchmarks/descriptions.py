@@ -1,8 +1,9 @@
 """A census of robot descriptions: `python -m tests.benchmarks.descriptions FOLDER... [--write]`.
 
 Every URDF, every xacro that is no part of another, and every MJCF below the folders is read as
-`identify init` does.  Printed, and with --write stored, are how many arms load, with which masses, and why
-others do not.
+`identify init` does.  Printed, and with --write stored, are how many arms load, with which bodies, and why
+others do not.  Bodies are those of the file (true, or doubted by `identify.robot.plausible`), or missing and
+to be made of meshes (or of no mesh).
 """
 
 from __future__ import annotations
@@ -16,9 +17,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from identify.core.errors import InputError
 from identify.robot.chain import Choice
 from identify.robot.description import Robot
+from identify.robot.mesh_body import unknown
+from identify.robot.plausible import masses
 from identify.robot.urdf import read_urdf
 
 STORED = Path(__file__).parent / "results" / "descriptions.json"
@@ -85,15 +90,30 @@ def entry(path: Path, folder: Path) -> dict[str, Any]:
         return found | {"loads": False, "why": refused}
     moving = robot.links[1:]
     known = [link for link in moving if link.mass > 0]
-    masses = "all" if len(known) == len(moving) else "some" if known else "none"
+    whole = [link for link in known if np.any(link.inertia)]
+    if len(whole) == len(moving):
+        bodies = "doubted" if masses(robot).doubts else "true"
+    else:
+        missing = set(unknown(robot)) - seen(robot)
+        bodies = "of no mesh" if missing else "of meshes"
     return found | {
         "loads": True,
         "joints": len(robot.joints),
-        "masses": masses,
+        "bodies": bodies,
         "moving_kg": round(sum(link.mass for link in moving), 3),
         "base_kg": round(robot.links[0].mass, 3),
         "notes": list(robot.notes),
     }
+
+
+def seen(robot: Robot) -> set[str]:
+    """Links with a mesh or a plain body, without reading it."""
+    found = set()
+    for one in robot.visuals:
+        surfaces = [surface for choice in one.choices for surface in choice if not surface.fault]
+        if any(surface.file is None or surface.file.is_file() for surface in surfaces):
+            found.add(robot.frames.get(one.link, (one.link, None))[0])
+    return found
 
 
 def summary(entries: list[dict[str, Any]]) -> dict[str, Any]:
@@ -101,12 +121,14 @@ def summary(entries: list[dict[str, Any]]) -> dict[str, Any]:
     loaded = [one for one in entries if one["loads"]]
     arms = [one for one in loaded if one["joints"] >= _ARM]
     refused = [one["why"].partition(":")[2] for one in entries if not one["loads"]]
+    none = [text for text in refused if "no link" in text or "no moving joint" in text]
     why = Counter(re.sub(r"'[^']*'|\d+", "..", text)[:70] for text in refused)
     return {
         "files": len(entries),
+        "of_no_robot": len(none),
         "load": len(loaded),
         "arms": len(arms),
-        "masses": dict(Counter(one["masses"] for one in arms)),
+        "bodies_of_arms": dict(Counter(one["bodies"] for one in arms)),
         "refused": dict(why.most_common()),
         "crashes": sum("CRASH" in one.get("why", "") for one in entries),
     }
@@ -123,13 +145,15 @@ def main(words: list[str]) -> None:
         for path in descriptions(folder):
             entries.append(entry(path, folder))
             one = entries[-1]
-            numbers = "{joints} joints, masses: {masses}, {moving_kg} kg"
+            numbers = "{joints} joints, bodies: {bodies}, {moving_kg} kg"
             said = numbers.format(**one) if one["loads"] else one["why"]
             print(f"{one['file']}: {said}", flush=True)
     found = summary(entries)
     print(json.dumps(found, indent=1))
     if told.write:
-        STORED.write_text(json.dumps({"summary": found, "files": entries}, indent=1) + "\n")
+        rows = [json.dumps({key: value for key, value in one.items() if key != "notes"}) for one in entries]
+        listed = ",\n ".join(rows)
+        STORED.write_text(f'{{"summary": {json.dumps(found)},\n"files": [\n {listed}\n]}}\n')
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -11,12 +12,17 @@ from identify.core.errors import InputError
 from identify.robot.chain import Choice
 from identify.robot.mesh_body import Wanted
 from identify.robot.urdf import read_urdf
+from identify.vibration.fitted_model import _described
 from identify.vibration.nuisances.meshes import CENTRE, LIGHT, made_of_mesh
 from identify.vibration.nuisances.nuisance import list_nuisances
 from identify.vibration.nuisances.settings import UncertaintySettings
+from identify.vibration.provenance import description_of
 from identify.vibration.starter import write_starter
 from identify.vibration.starter_robot import Told, new_robot
+from identify.vibration.study import read_study
 from tests.robot.test_mesh_body import arm, inertial
+
+ROOT = Path(__file__).parents[2]
 
 
 def test_a_robot_of_meshes_gets_bodies_and_says_how_sure_they_are(tmp_path: Path) -> None:
@@ -74,3 +80,20 @@ def test_what_is_said_goes_before_the_level(tmp_path: Path) -> None:
     listed = list_nuisances(UncertaintySettings.model_validate(said), robot, {}, [])
     found = {(one.place, one.change): one.std for one in listed.entries}
     assert (found["one", "mass"], found["two", "mass"], found["two", "inertia_2"]) == (0.29, 0.02, 0.1)
+
+
+def test_a_study_may_name_a_xacro_and_its_result_holds_what_it_stood_for(tmp_path: Path) -> None:
+    """Of which it is read again without the xacro, its packages or its arguments."""
+    data = ROOT / "data" / "arm_hammer_test"
+    text = (data / "robot.urdf").read_text()
+    robot = text.replace("<robot ", '<robot xmlns:xacro="http://ros.org/wiki/xacro" ', 1)
+    heavy = re.sub(r'<mass value="[^"]*"', '<mass value="$(arg kg)"', robot, count=1)
+    (tmp_path / "robot.xacro").write_text(heavy)
+    config = (ROOT / "configs/arm_hammer_test.yaml").read_text().replace("../data", str(ROOT / "data"))
+    config = re.sub(r"urdf: [^}\n]*robot\.urdf", "urdf: robot.xacro, arguments: {kg: '321'}", config)
+    (tmp_path / "config.yaml").write_text(config)
+    file = read_study(tmp_path / "config.yaml")
+    description = description_of(file)
+    assert "$(arg" not in description.robot
+    again, _ = _described(file.study, description)
+    assert again.links[0].mass == 321
