@@ -50,5 +50,6 @@ def _said(error: Exception) -> str:
         if isinstance(cause, Refused):
             return cause.found
         if isinstance(cause, OSError):
-            return f"it includes {cause.filename}, which cannot be read: is an argument missing?"
+            there = os.path.relpath(cause.filename or "?")  # from the folder of the xacro
+            return f"it includes {there}, which cannot be read: is an argument missing?"
     return "xacro says: " + " ".join(str(error).split())[:300]

@@ -226,10 +226,9 @@ def _without_body(robot: Robot) -> Iterator[Finding]:
 
 
 def _masses(problem: Problem) -> Iterator[Finding]:
-    """What the description says of masses, what is wrong with them, and what was assumed when it was read."""
+    """What is wrong with the masses of the description, and what was assumed when it was read."""
     robot = problem.robot
     found = masses(robot, problem.file.study.robot.mass_kg)
-    yield Finding("info", "robot-mass", (), f"{capital(found.sentence)}.")
     for doubt in found.doubts:
         yield Finding("warn", "robot-bodies", (), f"{capital(doubt)}.")
     for note in robot.notes:

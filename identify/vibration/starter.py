@@ -106,7 +106,7 @@ def write_starter(
     bands = [entry.band for entry in entries if entry.band]
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
-        name=out.stem if out.stem != "config" else robot.resolve().parent.name,
+        name=out.stem if out.stem != "config" else _name(robot),
         robot_key=key,
         robot=relative(new.file, folder),
         robot_keys=new.keys,
@@ -254,6 +254,12 @@ def _named(files: list[Path], folder: Path) -> str:
 def _round(frequency: float) -> float:
     """To three digits."""
     return float(f"{frequency:.3g}")
+
+
+def _name(robot: Path) -> str:
+    """Of the folder that a robot's file is in, or of the file in the `urdf` folder of a package."""
+    folder = robot.resolve().parent.name
+    return robot.name.partition(".")[0] if folder in ("urdf", "xacro", "robots") else folder
 
 
 def _from_ground(robot: Robot) -> str:
