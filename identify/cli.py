@@ -22,6 +22,7 @@ from identify.api.options import (
     ExplainOptions,
     ExportCommandOptions,
     FitOptions,
+    Inertias,
     MapCommandOptions,
     ModesOptions,
     Names,
@@ -30,7 +31,9 @@ from identify.api.options import (
     SimulateOptions,
     StabilityOptions,
     columns_of,
+    pairs_of,
     takes_options,
+    words_of,
 )
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
 from identify.core.errors import (
@@ -314,24 +317,60 @@ def check(
 
 @app.command()
 def init(
-    robot: Annotated[Path, typer.Argument(help="URDF, or YAML with a Denavit-Hartenberg table")],
-    data: Annotated[
-        list[Path],
-        typer.Argument(help="measured FRFs or modal tables: files, or a folder or pattern for each posture"),
+    robot: Annotated[
+        Path, typer.Argument(help="URDF, xacro or MJCF, or YAML with a Denavit-Hartenberg table")
     ],
+    data: Annotated[
+        list[Path] | None,
+        typer.Argument(help="measured FRFs or modal tables: files, or a folder or pattern for each posture"),
+    ] = None,
     out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml"),
     points: Annotated[
         Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
     ] = None,
     columns: Columns = None,
     names: Names = None,
+    mass_kg: Annotated[
+        float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")
+    ] = None,
+    base_kg: Annotated[
+        float | None,
+        typer.Option(min=0, help="mass of its part that stands still; default: by its mesh, like the links"),
+    ] = None,
+    inertias: Annotated[
+        Inertias, typer.Option(help="of the file as far as it has them, or all made of the meshes")
+    ] = Inertias.file,
+    motor: Annotated[
+        list[str] | None,
+        typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
+    ] = None,
+    tip: Annotated[
+        str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")
+    ] = None,
+    lock: Annotated[
+        list[str] | None,
+        typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
+    ] = None,
+    argument: Annotated[
+        list[str] | None,
+        typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
+    ] = None,
 ) -> None:
-    """Write a commented starter config for a robot and its data."""
+    """Write a commented starter config for a robot and its data.
+
+    With a mass, links without a body get one of their meshes, in a URDF beside the config.
+    """
     from identify.measured.frf_records import FrfFileOptions
+    from identify.robot.chain import Choice
+    from identify.robot.mesh_body import Wanted
     from identify.vibration.starter import write_starter
+    from identify.vibration.starter_robot import Told
 
     told = FrfFileOptions(columns=columns_of(columns), names=names)
-    written = write_starter(robot, data, out, points, told)
+    motors, held = pairs_of(motor, "--motor"), pairs_of(lock, "--lock")
+    wanted = Wanted(mass_kg, base_kg, motors, inertias is Inertias.meshes)
+    of_robot = Told(Choice(tip, held), words_of(argument, "--argument"), wanted)
+    written = write_starter(robot, data or [], out, points, told, of_robot)
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )

@@ -237,7 +237,7 @@ def test_init_writes_a_config_that_asks_for_what_it_cannot_know(tmp_path: Path) 
     data = ROOT / "data" / "arm_hammer_test"
     done = ran("init", str(data / "robot.urdf"), str(data / "posture1.uff"), cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert "fill in `posture_deg` (line 9) and `averages` (line 10)" in done.stdout
+    assert "fill in `posture_deg` (line 11) and `averages` (line 12)" in done.stdout
     assert done.stdout.endswith("next: identify check config.yaml\n")
     assert "points.csv" not in done.stdout, "it exists"
     asked = ran("check", "config.yaml", cwd=tmp_path)

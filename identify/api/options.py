@@ -6,8 +6,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -144,6 +145,37 @@ def _variable(text: str) -> tuple[str, str]:
 def columns_of(text: str | None) -> list[str] | None:
     """Names of columns that stand between commas."""
     return None if text is None else [name.strip() for name in text.split(",")]
+
+
+class Inertias(Enum):
+    """Where the bodies of a new study come from."""
+
+    file = "file"
+    meshes = "meshes"
+
+
+def words_of(texts: Iterable[str] | None, where: str) -> dict[str, str]:
+    """Values by name, from texts `name=value`."""
+    found = {}
+    for text in texts or ():
+        name, _, value = text.partition("=")
+        if not (name.strip() and value.strip()):
+            raise InputError(where, repr(text), "a name and a value, such as name=value")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def pairs_of(texts: Iterable[str] | None, where: str) -> dict[str, float]:
+    """Numbers by name, from texts `name=number`."""
+    found = {}
+    for name, value in words_of(texts, where).items():
+        try:
+            found[name] = float(value)
+        except ValueError:
+            found[name] = float("nan")
+        if not abs(found[name]) < float("inf"):
+            raise InputError(where, repr(f"{name}={value}"), "a name and a number, such as name=1.2")
+    return found
 
 
 def _added_mass(text: str) -> tuple[int, float]:

@@ -1,4 +1,5 @@
-"""The process that reads binary files from strangers: `python -m identify.core.binary_child`.
+"""The process that reads files of strangers that libraries have to read: `python -m
+identify.core.binary_child`.
 
 Each line on its standard input asks for one file; the answer on its standard output is what `tree.pack`
 makes.  Where the system has limits of memory and processor time, each request is bound by them; what breaks
@@ -35,7 +36,9 @@ _DAMAGED = (
 )
 """What h5py, scipy and pymatreader raise on damaged files."""
 
-_WORDS = {"hdf5": "HDF5", "mat": "MATLAB", "none": "nothing"}
+_MAT = "identify.core.mat_tree:read_mat_tree"
+"""What reads MATLAB files; imported when needed, because scipy takes a while."""
+_WORDS = {"hdf5": "HDF5", "mat": "MATLAB", "made": "a description", "none": "nothing"}
 
 
 def main() -> None:
@@ -59,9 +62,9 @@ def _read(request: dict[str, Any]) -> tuple[dict[str, Any], Group | None]:
             return {}, None
         if form == "hdf5":
             return {}, read_tree(path, request["names"])
-        return {}, import_module("identify.core.mat_tree").read_mat_tree(
-            path
-        )  # scipy takes a while to import
+        maker, arguments = request.get("maker", _MAT), request.get("arguments", ())
+        module, _, name = maker.partition(":")
+        return {}, getattr(import_module(module), name)(path, *arguments)
     except Refused as refused:
         return {"place": refused.place, "found": refused.found}, None
     except MemoryError:

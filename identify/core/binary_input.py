@@ -1,5 +1,5 @@
-"""The border for binary files (HDF5, MATLAB): read by a child process with limits of time and memory, so that
-a file that crashes or hangs the C libraries is one sentence here.
+"""The border for files that a library has to read (HDF5, MATLAB, xacro, MJCF): read by a child process with
+limits of time and memory, so that a file that crashes or hangs the library is one sentence here.
 
 One child is kept for all files that this process reads.  Files that this process wrote itself, and that have
 not changed since, are read here.
@@ -15,7 +15,7 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -26,13 +26,16 @@ from identify.core.files import MEBIBYTE, check_file
 from identify.core.hdf5_tree import read_tree
 from identify.core.tree import Group, unpack
 
-Form = Literal["hdf5", "mat", "none"]
+Form = Literal["hdf5", "mat", "made", "none"]
 _START_S, _LEAST_S, _BYTES_PER_S = 60.0, 3.0, 20 * MEBIBYTE
 _MEMORY, _UNPACKING = 3072 * MEBIBYTE, 8
 _WALL_ONLY = find_spec("resource") is None
 """Whether the system does not count processor time: on a busy machine, a whole file may seem to hang."""
 _WORDS = {"hdf5": "an HDF5 file", "mat": "a .mat file, v5 or v7.3"}
 _SUFFIXES = (".h5", ".hdf5", ".mat")
+_AGAIN = "export or transfer it again"
+_MAKING_S = 30.0
+"""Of processor time for a function that makes something of a file."""
 
 
 def read_hdf5(path: Path, names: Sequence[str] | None = None, expected: str = "an HDF5 file") -> Group:
@@ -48,6 +51,15 @@ def read_hdf5(path: Path, names: Sequence[str] | None = None, expected: str = "a
 def read_mat(path: Path) -> Group:
     """All variables of a MATLAB file; InputError as `read_hdf5`."""
     return _reader(os.getpid()).read(path, "mat", None, _WORDS["mat"])
+
+
+def made(path: Path, maker: str, arguments: Mapping[str, str], expected: str, fix: str) -> Group:
+    """What a function, `module:name`, of a file and arguments makes in the child process; InputError where it
+    refuses the file, and as `read_hdf5`.
+    """
+    check_file(path, expected)
+    asked = {"maker": maker, "arguments": [dict(arguments)]}
+    return _reader(os.getpid()).read(path, "made", None, expected, asked, fix)
 
 
 def prepare(paths: Iterable[Path]) -> None:
@@ -113,12 +125,21 @@ class _Reader:
                     cast(BinaryIO, pipe).close()
             process.wait()
 
-    def read(self, path: Path, form: Form, names: Sequence[str] | None, expected: str) -> Group:
+    def read(
+        self,
+        path: Path,
+        form: Form,
+        names: Sequence[str] | None,
+        expected: str,
+        more: Mapping[str, Any] | None = None,
+        fix: str = _AGAIN,
+    ) -> Group:
         """The tree of a file; InputError where the process could not make it."""
         size = check_file(path, expected)
-        seconds = _LEAST_S + size / _BYTES_PER_S
+        seconds = (_LEAST_S if form != "made" else _MAKING_S) + size / _BYTES_PER_S
         limits = {"memory": _MEMORY + _UNPACKING * size, "seconds": seconds}
         asked = {"path": str(path.resolve()), "form": form, "names": None if names is None else list(names)}
+        asked |= more or {}
         with self._lock:
             self.start()
             if not self._ready:
@@ -129,11 +150,11 @@ class _Reader:
             code = None if answer is not None or self._process is None else self._process.wait()
         if answer is None:
             late = late or code == -getattr(signal, "SIGXCPU", 0)
-            raise InputError(str(path), _lost(late, seconds, code), expected, "export or transfer it again")
+            raise InputError(str(path), _lost(late, seconds, code), expected, fix)
         said, tree = answer
         if tree is None:
             place = f", {said['place']}" if said["place"] else ""
-            raise InputError(f"{path}{place}", said["found"], expected, "export or transfer it again")
+            raise InputError(f"{path}{place}", said["found"], expected, fix)
         return tree
 
     def _ask(self, request: dict[str, Any], seconds: float) -> tuple[dict[str, Any], Group | None] | None:

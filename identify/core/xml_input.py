@@ -89,22 +89,32 @@ class Markup:
         return found[0]
 
 
-def read_xml(path: Path, expected: str) -> tuple[ElementTree.Element, Lines]:
+def read_xml(path: Path, expected: str, *, words: bool = False) -> tuple[ElementTree.Element, Lines]:
     """The root element of an XML file, and the line of each element; InputError, with the line, for what is
-    no XML, declares entities or nests deeper than any robot.
+    no XML, declares entities or nests deeper than any robot; words: with the text between tags.
     """
-    parsed = _parsed(path, read_bytes(path, expected, _LARGEST), expected)
+    parsed = _parsed(path, read_xml_bytes(path, expected), expected, words)
     return parsed.root, parsed.lines
 
 
-def read_markup(path: Path, expected: str) -> Markup:
-    """An XML file whose text is to be changed; InputError as `read_xml`."""
-    content = read_bytes(path, expected, _LARGEST)
+def read_xml_bytes(path: Path, expected: str) -> bytes:
+    """The content of a file that should be XML, of limited size."""
+    return read_bytes(path, expected, _LARGEST)
+
+
+def parse_xml(path: Path, content: bytes, expected: str) -> tuple[ElementTree.Element, Lines]:
+    """The same of what a file holds, or what was made of it."""
+    parsed = _parsed(path, content, expected)
+    return parsed.root, parsed.lines
+
+
+def parse_markup(path: Path, content: bytes, expected: str) -> Markup:
+    """XML whose text is to be changed; InputError as `read_xml`."""
     parsed = _parsed(path, content, expected)
     return Markup(parsed.root, content, parsed)
 
 
-def _parsed(path: Path, content: bytes, expected: str) -> _Parsed:
+def _parsed(path: Path, content: bytes, expected: str, words: bool = False) -> _Parsed:
     builder, parser, lines = ElementTree.TreeBuilder(), expat.ParserCreate(), Lines()
     open_elements: list[tuple[ElementTree.Element, int]] = []
     ends: dict[ElementTree.Element, tuple[int, int]] = {}
@@ -133,6 +143,8 @@ def _parsed(path: Path, content: bytes, expected: str) -> _Parsed:
 
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.EntityDeclHandler, parser.XmlDeclHandler = entity, declared
+    if words:
+        parser.buffer_text, parser.CharacterDataHandler = True, builder.data
     try:
         parser.Parse(content, True)
     except expat.ExpatError as error:

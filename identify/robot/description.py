@@ -55,7 +55,8 @@ class Robot:
 
     frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose
     (4, 4) there. gravity (3,) is in the base link's axes (m/s^2); visuals: what links look like;
-    payloads: bodies that were merged into links, with the name of the link.
+    payloads: bodies that were merged into links, with the name of the link; notes: what was left out or
+    assumed when it was read, in sentences.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Robot:
     gravity: Array = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
     visuals: tuple[Visual, ...] = ()
     payloads: tuple[tuple[str, Link], ...] = ()
+    notes: tuple[str, ...] = ()
 
     def link(self, name: str, where: str = "robot") -> Link:
         """The link of that name; an unknown name is an InputError with the known ones."""

@@ -16,6 +16,9 @@ from pydantic import Field
 from identify.core.arrays import Array
 from identify.core.config import Settings
 from identify.core.errors import InputError
+from identify.robot.description import Robot
+
+_PARALLEL = 1e-3
 
 
 class JointAngles(Settings):
@@ -71,6 +74,17 @@ class JointAngles(Settings):
         """
         own = np.linalg.solve(self.matrix(len(change)), change)
         return np.asarray(np.rad2deg(own) if self.unit == "deg" else own)
+
+
+def from_ground(robot: Robot) -> float | None:
+    """How many times the angle of joint 2 is added to that of joint 3, where a controller counts this from
+    the ground: -1 where both axes point alike, 1 where they are opposite; None where they are not parallel.
+    """
+    if len(robot.joints) < 3:
+        return None
+    second, third = robot.joints[1:3]
+    alike = float(second.mount[:3, :3].T @ second.axis @ (third.origin[:3, :3] @ third.axis))
+    return None if abs(abs(alike) - 1) > _PARALLEL else -round(alike)
 
 
 AS_THE_ROBOT = JointAngles()

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from identify.robot.description import Robot
+from identify.robot.chain import Choice
+from identify.robot.description import Link, Robot
 from identify.robot.dh import read_dh
+from identify.robot.pose import pose, seen_from
 from identify.robot.settings import RobotSettings
-from identify.robot.urdf import read_urdf
+from identify.robot.urdf import GRAVITY, read_urdf
 
 
 def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = False) -> Robot:
@@ -18,14 +20,21 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
 
     unknown_bodies: links may have no mass or no inertia, because these are what is looked for.
     """
-    path = settings.urdf or settings.dh or Path()
-    pull: dict[str, Any] = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
-    read = read_urdf if settings.urdf else read_dh
-    robot = read(folder / path, unknown_bodies=unknown_bodies, units=settings.units, **pull)
+    more: dict[str, Any] = {} if settings.gravity_m_s2 is None else {"gravity": settings.gravity_m_s2}
+    if settings.mounted_rpy_deg is not None:
+        turn = pose(np.zeros(3), np.radians(settings.mounted_rpy_deg))[:3, :3]
+        more["gravity"] = tuple(map(float, turn.T @ GRAVITY))
+    more |= {"unknown_bodies": unknown_bodies, "units": settings.units}
+    if settings.urdf:
+        choice = Choice(settings.tip, settings.lock)
+        robot = read_urdf(folder / settings.urdf, choice=choice, arguments=settings.arguments, **more)
+    else:
+        robot = read_dh(folder / (settings.dh or Path()), **more)
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        robot = robot.with_payload(
-            payload.link, payload.mass_kg, np.array(payload.centre_m), inertia, f"robot.payload.{number}.link"
-        )
+        carrier, at = robot.frames.get(payload.link, (payload.link, np.eye(4)))
+        body = seen_from(Link("payload", payload.mass_kg, np.array(payload.centre_m), inertia), at)
+        where = f"robot.payload.{number}.link"
+        robot = robot.with_payload(carrier, body.mass, body.centre, body.inertia, where)
     return robot

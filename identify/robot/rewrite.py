@@ -6,6 +6,7 @@ that the body goes to that link as a whole, and the inertias of what is held to 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from xml.etree import ElementTree
@@ -15,11 +16,13 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
 from identify.core.text_input import read_text
-from identify.core.xml_input import Markup, read_markup
+from identify.core.xml_input import Markup
 from identify.core.yaml_input import round_trip, yaml_text
 from identify.robot.description import Link, Robot
 from identify.robot.pseudo_inertia import tidied
 from identify.robot.settings import RobotSettings
+from identify.robot.source import read_source
+from identify.robot.visual import mesh_place
 
 _MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 _NOWHERE: Mapping[str, Array] = {}
@@ -42,7 +45,7 @@ def with_bodies(
     if settings.urdf is None:
         return _dh(folder / (settings.dh or Path()), named)
     path = folder / settings.urdf
-    markup = read_markup(path, "a URDF file")
+    markup = read_source(path, settings.arguments).markup()
     _put_bodies(markup, robot, named)
     _shift_joints(markup, robot, shifts)
     if to is not None and to.resolve() != path.parent.resolve():
@@ -89,11 +92,22 @@ def _shift_joints(markup: Markup, robot: Robot, shifts: Mapping[str, Array]) -> 
 
 
 def _relocate_meshes(markup: Markup, old: Path, new: Path) -> None:
-    """Let paths of meshes that are relative to one folder be found from another; those of a package stay."""
+    """Let meshes that are found from one folder be found from another; those of a package that is not found
+    stay.
+    """
     for mesh in markup.root.iter("mesh"):
         name = mesh.get("filename", "")
-        if name and "://" not in name:
-            _put_attribute(markup, mesh, "filename", relocated(name, old, new))
+        found = mesh_place(old, name)
+        if name and (found.is_file() or not ("://" in name or Path(name).is_absolute())):
+            _put_attribute(markup, mesh, "filename", relocated(_beside(found, old), old, new))
+
+
+def _beside(path: Path, folder: Path) -> Path:
+    """A path relative to a folder; on another drive as it is."""
+    try:
+        return Path(os.path.relpath(path, folder.resolve()))
+    except ValueError:
+        return path
 
 
 def _put_attribute(markup: Markup, element: ElementTree.Element, name: str, value: str) -> None:

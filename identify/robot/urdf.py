@@ -1,15 +1,16 @@
-"""Read a serial arm from a URDF file: kinematics, inertias, frames and what its links look like; materials
-and plug-in elements are not looked at.
+"""Read a serial arm from a URDF, xacro or MJCF file: kinematics, inertias, frames and what its links look
+like; materials and plug-in elements are not looked at.
 
-Links that a fixed joint holds are merged into the link that carries them and stay known as frames.  Links
-without inertia between the root and the base (`world`, `base_footprint`) become frames of the base.  Gravity
-is 9.81 m/s^2 against the z axis of the file's root link.
+Links that a fixed joint holds are merged into the link that carries them and stay known as frames, as are
+those of joints that are not part of the arm (`identify.robot.chain`).  Links without inertia between the root
+and the base (`world`, `base_footprint`) become frames of the base.  Gravity is 9.81 m/s^2 against the z axis
+of the file's root link.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,14 +18,18 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.robot.chain import Choice, one_chain
 from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
+from identify.robot.source import read_source
 from identify.robot.units import SI, RobotUnits
-from identify.robot.urdf_elements import MOVING, UrdfJoint, UrdfLink, joints, links, parse
+from identify.robot.urdf_elements import UrdfJoint, UrdfLink, joints, links
 from identify.robot.visual import visuals
 
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
+WHOLE = Choice()
+NO_ARGUMENTS: Mapping[str, str] = {}
 GRAVITY = (0.0, 0.0, -9.81)
 """m/s^2, in the axes of the root link."""
 
@@ -33,41 +38,54 @@ def read_urdf(
     path: Path,
     *,
     unknown_bodies: bool = False,
+    any_bodies: bool = False,
     gravity: Sequence[float] = GRAVITY,
     units: RobotUnits = SI,
+    choice: Choice = WHOLE,
+    arguments: Mapping[str, str] = NO_ARGUMENTS,
 ) -> Robot:
-    """The arm in a URDF file.
+    """The arm in a URDF, xacro or MJCF file.
 
-    A base without inertia, or of zero inertia, gets mass 0.  Everything that is not one chain of revolute or
-    continuous joints with physical inertias is an InputError that names the file, the line and the element;
-    unknown_bodies: masses and inertias of zero are allowed, of bodies that are not known; gravity: in the
-    axes of the root link, m/s^2; units: those of the file.
+    A base without inertia, or of one that no body can have, gets mass 0.  Moving links without physical
+    inertia are an InputError that names the file, the line and the element; unknown_bodies: masses and
+    inertias of zero are allowed, of bodies that are not known; any_bodies: those that no body can have, too,
+    and get mass 0; gravity: in the axes of the root link, m/s^2; units: those of the file; choice: which of
+    its joints are the arm; arguments: of a xacro.
     """
-    document = parse(path)
-    named, jointed = _in_si(units, links(document), joints(document))
-    outgoing = _tree(path, named, jointed)
-    children = {joint.child for joint in jointed}
+    document = read_source(path, arguments).document()
+    chain = one_chain(path.name, *_in_si(units, links(document), joints(document)), choice)
+    named, outgoing = chain.links, _outgoing(chain.joints)
+    children = {joint.child for joint in chain.joints}
     root = next(name for name in named if name not in children)
+    notes = [*document.notes, *chain.notes]
     carrier, poses, leaving = _base(root, named, outgoing)
-    body, frames = _solid(carrier, poses, named)
+    body, frames, fault = _any_solid(carrier, poses, named)
+    if fault:
+        notes.append(f"the inertia of the base {carrier!r} is not used: {fault}")
     body = as_base(body)
     pull = poses[root][:3, :3] @ np.array(gravity)
-    if body.mass > 0:
-        _check(body, named[carrier])
     solids, moving = [body], []
     while leaving:
-        joint = _only(leaving)
+        joint = leaving[0]
         moving.append(_joint(joint, carrier, poses[joint.parent]))
         carrier = joint.child
         poses, leaving = _rigid(carrier, outgoing)
-        body, more = _solid(carrier, poses, named, unknown=unknown_bodies)
-        _check(body, named[carrier], joint, unknown=unknown_bodies)
+        if any_bodies:
+            body, more, fault = _any_solid(carrier, poses, named)
+            notes += [f"link {carrier!r}: {fault}"] if fault else []
+        else:
+            body, more = _solid(carrier, poses, named, unknown=unknown_bodies)
+            _check(body, named[carrier], joint, unknown=unknown_bodies)
         solids.append(body)
         frames.update(more)
-    if not moving:
-        raise InputError(path.name, "no moving joint", f"a chain of {' or '.join(MOVING)} joints")
     return Robot(
-        document.root.get("name", path.stem), tuple(solids), tuple(moving), frames, pull, visuals(document)
+        document.root.get("name", path.stem),
+        tuple(solids),
+        tuple(moving),
+        frames,
+        pull,
+        visuals(document),
+        notes=tuple(notes),
     )
 
 
@@ -84,46 +102,31 @@ def _in_si(
     return bodies, [replace(joint, origin=units.pose(joint.origin)) for joint in jointed]
 
 
-def _tree(path: Path, named: dict[str, UrdfLink], jointed: list[UrdfJoint]) -> Outgoing:
-    """The joints that leave each link, once it is sure that links and joints form one tree."""
+def _outgoing(jointed: list[UrdfJoint]) -> Outgoing:
+    """The joints that leave each link."""
     outgoing: Outgoing = defaultdict(list)
-    parent_of: dict[str, UrdfJoint] = {}
     for joint in jointed:
-        for role, link in (("parent", joint.parent), ("child", joint.child)):
-            if link not in named:
-                raise InputError(joint.where, f"unknown {role} link {link!r}", "one of " + ", ".join(named))
-        if joint.child in parent_of:
-            found = f"link {joint.child!r} is the child of joint {parent_of[joint.child].name!r} already"
-            raise InputError(joint.where, found, "a tree (closed loops are not supported)")
-        parent_of[joint.child] = joint
         outgoing[joint.parent].append(joint)
-    roots = [name for name in named if name not in parent_of]
-    if len(roots) > 1:
-        raise InputError(
-            path.name,
-            f"{len(roots)} links have no parent ({', '.join(roots)})",
-            "one root link",
-            "join them by joints",
-        )
-    reached = _reach(roots[0], outgoing) if roots else set()
-    for name, written in named.items():
-        if name not in reached:
-            raise InputError(
-                written.where,
-                f"link {name!r} is part of a loop of joints",
-                "a tree (closed loops are not supported)",
-            )
-    if not roots:
-        raise InputError(path.name, "no link", "a robot with links and joints")
     return outgoing
 
 
-def _reach(root: str, outgoing: Outgoing) -> set[str]:
-    reached, ahead = set(), [root]
-    while ahead:
-        reached.add(ahead[-1])
-        ahead.extend(joint.child for joint in outgoing[ahead.pop()])
-    return reached
+def _any_solid(carrier: str, poses: dict[str, Array], named: dict[str, UrdfLink]) -> tuple[Link, Frames, str]:
+    """As `_solid`, but of a body that cannot be only mass and centre are kept, or nothing, and why."""
+    try:
+        body, frames = _solid(carrier, poses, named)
+        fault = inertia_fault(body) if np.any(body.inertia) else None
+        if fault is None:
+            return body, frames, ""
+    except InputError as error:
+        fault = error.found
+    parts = [(named[name].inertial, at) for name, at in poses.items()]
+    points = [seen_from(replace(one, inertia=np.zeros((3, 3))), at) for one, at in parts if one is not None]
+    nothing = np.zeros((3, 3))
+    body = Link(carrier, 0.0, np.zeros(3), nothing)
+    if all(point.mass > 0 and inertia_fault(replace(point, inertia=np.eye(3))) is None for point in points):
+        for point in points:
+            body = merge(body, point)
+    return replace(body, inertia=nothing), _held(carrier, poses), fault
 
 
 def _rigid(carrier: str, outgoing: Outgoing) -> tuple[dict[str, Array], list[UrdfJoint]]:
@@ -172,7 +175,12 @@ def _solid(
             continue
         _check_part(inertial, named[name], unknown=unknown)
         body = merge(body, seen_from(inertial, at))
-    return body, {name: (carrier, at) for name, at in poses.items() if name != carrier}
+    return body, _held(carrier, poses)
+
+
+def _held(carrier: str, poses: dict[str, Array]) -> Frames:
+    """The frames that a link carries."""
+    return {name: (carrier, at) for name, at in poses.items() if name != carrier}
 
 
 def _check_part(part: Link, written: UrdfLink, *, unknown: bool = False) -> None:
@@ -203,20 +211,8 @@ def _check(body: Link, written: UrdfLink, joint: UrdfJoint | None = None, *, unk
             written.where,
             fault,
             "a mass and inertia that a rigid body can have",
-            "add or correct <inertial> of this link",
+            "add or correct <inertial> of this link, or let `identify init --mass-kg` make it of the meshes",
         )
-
-
-def _only(leaving: list[UrdfJoint]) -> UrdfJoint:
-    if len(leaving) > 1:
-        names = ", ".join(repr(joint.name) for joint in leaving)
-        raise InputError(
-            leaving[1].where,
-            f"the arm branches into the joints {names}",
-            "a serial arm",
-            'write type="fixed" for joints that are locked',
-        )
-    return leaving[0]
 
 
 def _joint(joint: UrdfJoint, carrier: str, parent_pose: Array) -> Joint:

@@ -13,13 +13,22 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.text_input import LARGEST
-from identify.core.xml_input import Lines, read_xml
+from identify.core.xml_input import Lines
 from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
 
 MOVING = ("revolute", "continuous")
-UNSUPPORTED = ("prismatic", "floating", "planar")
-_LOCKED = 'write type="fixed" if the joint is locked'
+HELD = ("fixed", "prismatic", "floating", "planar")
+"""Kinds of joints that turn, and that are held where they are."""
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """That a joint follows another: its value is times that of master, plus offset."""
+
+    master: str
+    times: float
+    offset: float
 
 
 @dataclass(frozen=True)
@@ -37,6 +46,7 @@ class UrdfJoint:
     lower: float
     upper: float
     where: str
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True)
@@ -50,17 +60,21 @@ class UrdfLink:
 
 @dataclass(frozen=True)
 class UrdfDocument:
-    """A parsed XML file that remembers the line of every element."""
+    """A parsed XML file that remembers the line of every element; made: what it is, where it is not the file
+    itself.
+    """
 
     path: Path
     root: ElementTree.Element
     lines: Lines
+    made: str = ""
+    notes: tuple[str, ...] = ()
 
     def where(self, element: ElementTree.Element, owner: str = "") -> str:
         """File, line and element, for an error."""
         name = element.get("name")
         label = f"<{element.tag}" + (f' name="{name}">' if name else ">") + (f" of {owner}" if owner else "")
-        return f"{self.path.name} line {self.lines[element]}, {label}"
+        return f"{self.path.name}{self.made} line {self.lines[element]}, {label}"
 
     def text(self, element: ElementTree.Element, key: str, owner: str = "") -> str:
         """A required attribute; a missing or empty one is an InputError."""
@@ -81,13 +95,8 @@ class UrdfDocument:
         except ValueError:
             values = []
         if len(values) != count or not np.all(np.abs(values) < LARGEST):
-            fix = "expand the xacro macros first (xacro robot.xacro > robot.urdf)" if "${" in text else ""
-            raise InputError(
-                self.where(element, owner),
-                f'{key}="{text}"',
-                f"{count} finite number{'s' * (count > 1)}",
-                fix,
-            )
+            expected = f"{count} finite number{'s' * (count > 1)}"
+            raise InputError(self.where(element, owner), f'{key}="{text}"', expected)
         return values
 
     def child(self, element: ElementTree.Element, tag: str, owner: str) -> ElementTree.Element:
@@ -109,26 +118,6 @@ class UrdfDocument:
             for key in ("xyz", "rpy")
         )
         return pose(xyz, rpy)
-
-
-def parse(path: Path) -> UrdfDocument:
-    """The XML of a file; a missing file, broken XML or another root element than <robot> is an InputError
-    with the line.
-    """
-    document = UrdfDocument(path, *read_xml(path, "a URDF file"))
-    if document.root.tag != "robot":
-        raise InputError(
-            document.where(document.root), f"the root element is <{document.root.tag}>", "<robot>"
-        )
-    macro = next((element for element in document.root.iter() if element.tag.startswith("xacro:")), None)
-    if macro is not None:
-        raise InputError(
-            document.where(macro),
-            "this is a xacro file",
-            "a URDF file",
-            "expand it first (xacro robot.xacro > robot.urdf)",
-        )
-    return document
 
 
 def links(document: UrdfDocument) -> dict[str, UrdfLink]:
@@ -175,26 +164,36 @@ def _joint(document: UrdfDocument, element: ElementTree.Element) -> UrdfJoint:
         document.where(element),
     )
     owner = f"joint {name!r}"
-    if kind not in (*MOVING, "fixed"):
-        reason = f"{kind} joints are not supported" if kind in UNSUPPORTED else f'unknown joint type "{kind}"'
-        raise InputError(where, reason, f"{', '.join(MOVING)} or fixed", _LOCKED)
-    if kind != "fixed" and element.find("mimic") is not None:
-        raise InputError(where, "joints that mimic another are not supported", "independent joints", _LOCKED)
+    if kind not in (*MOVING, *HELD):
+        raise InputError(where, f'unknown joint type "{kind}"', ", ".join((*MOVING, *HELD)))
     parent, child = (
         document.text(document.child(element, tag, owner), "link", owner) for tag in ("parent", "child")
     )
-    lower, upper = _limits(document, element, owner) if kind == "revolute" else (-np.inf, np.inf)
+    limited = kind in ("revolute", "prismatic")
+    lower, upper = _limits(document, element, owner) if limited else (-np.inf, np.inf)
     return UrdfJoint(
         name,
         kind,
         parent,
         child,
         document.origin(element, owner),
-        np.array([1.0, 0.0, 0.0]) if kind == "fixed" else _axis(document, element, owner),
+        _axis(document, element, owner) if kind in (*MOVING, "prismatic") else np.array([1.0, 0.0, 0.0]),
         lower,
         upper,
         where,
+        None if kind == "fixed" else _mimic(document, element, owner),
     )
+
+
+def _mimic(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Mimic | None:
+    element = joint.find("mimic")
+    if element is None:
+        return None
+    times, offset = (
+        document.numbers(element, key, 1, owner)[0] if key in element.attrib else default
+        for key, default in (("multiplier", 1.0), ("offset", 0.0))
+    )
+    return Mimic(document.text(element, "joint", owner), times, offset)
 
 
 def _axis(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Array:

@@ -19,6 +19,7 @@ from identify.core.errors import InputError
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, Surface, Visual, box, cylinder, joined, simplified, sphere
 from identify.robot.mesh_file import read_mesh
+from identify.robot.package import package_folder
 from identify.robot.urdf_elements import UrdfDocument
 
 _MOST = 1500
@@ -50,10 +51,26 @@ def visuals(document: UrdfDocument) -> tuple[Visual, ...]:
 
 def looks(robot: Robot) -> Looks:
     """What the links look like, with a bounded number of triangles."""
-    origins = [joint.origin[:3, 3] for joint in robot.joints]
-    reach_m = sum(float(np.linalg.norm(origin)) for origin in origins)
+    found = readable(robot)
+    each = _MOST // max(len(found.meshes), 1)
+    drawn = {link: simplified(mesh, each) for link, mesh in found.meshes.items()}
+    missing = (f"link {link} is drawn as a line, not as its body ({fault})" for link, fault in found.faults)
+    return Looks(drawn, tuple(missing))
+
+
+@dataclass(frozen=True)
+class Readable:
+    """Meshes by link or frame, in its axes, m, and why others cannot be read."""
+
+    meshes: dict[str, Mesh]
+    faults: tuple[tuple[str, str], ...]
+
+
+def readable(robot: Robot) -> Readable:
+    """The meshes of a robot with all their triangles."""
+    reach_m = sum(float(np.linalg.norm(joint.origin[:3, 3])) for joint in robot.joints)
     meshes: dict[str, Mesh] = {}
-    missing = []
+    faults = []
     for one in robot.visuals:
         fault = ""
         for surfaces in one.choices:
@@ -63,9 +80,8 @@ def looks(robot: Robot) -> Looks:
             except InputError as error:
                 fault = fault or f"{Path(error.where).name}: {error.found}"
         else:
-            missing.append(f"link {one.link} is drawn as a line, not as its body ({fault})")
-    each = _MOST // max(len(meshes), 1)
-    return Looks({link: simplified(mesh, each) for link, mesh in meshes.items()}, tuple(missing))
+            faults.append((one.link, fault))
+    return Readable(meshes, tuple(faults))
 
 
 def _mesh(surfaces: tuple[Surface, ...], reach_m: float) -> Mesh:
@@ -96,7 +112,7 @@ def _surface(document: UrdfDocument, element: ElementTree.Element, owner: str) -
             return Surface(where, pose, fault=f"{tag} in <geometry>")
         if tag == "mesh":
             scale = document.numbers(found, "scale", 3, owner) if "scale" in found.attrib else [1.0] * 3
-            file = _file(document, document.text(found, "filename", owner))
+            file = mesh_place(document.path.resolve().parent, document.text(found, "filename", owner))
             return Surface(where, pose, file=file, scale=np.array(scale))
         return Surface(where, pose, _plain(document, found, owner))
     except InputError as error:
@@ -115,11 +131,11 @@ def _plain(document: UrdfDocument, found: ElementTree.Element, owner: str) -> Me
     )
 
 
-def _file(document: UrdfDocument, name: str) -> Path:
-    """Where a mesh is: beside the URDF, or for `package://NAME/...` below a folder of that name, or what
-    stands for it, above the URDF; the first place where nothing is found.
+def mesh_place(folder: Path, name: str) -> Path:
+    """Where a mesh is that a URDF in a folder names: beside it, or for `package://NAME/...` in that package,
+    or what stands for it, above the URDF; the first place where nothing is found.
     """
-    places = list(_places(document.path.resolve().parent, name))
+    places = list(_places(folder, name))
     return next((place for place in places if os.path.isfile(place)), places[0])
 
 
@@ -129,7 +145,9 @@ def _places(folder: Path, name: str) -> Iterator[Path]:
         yield folder / (rest if found else name)
         return
     package, _, inside = rest.partition("/")
+    found_folder = package_folder(package, folder)
+    if found_folder is not None:
+        yield found_folder / inside
     yield folder / inside
-    for above in folder.parents if folder.name != package else (folder, *folder.parents):
-        yield above / package / inside
+    for above in folder.parents:
         yield above / inside

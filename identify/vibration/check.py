@@ -25,6 +25,7 @@ from identify.measured.quality_robot import check_robot
 from identify.measured.source import read_history
 from identify.model.modes import complex_modes
 from identify.robot.description import Robot
+from identify.robot.plausible import masses
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
 from identify.vibration.file_geometry import geometry_findings
@@ -92,6 +93,7 @@ def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet
             *_resonances(problem),
             *_uncertain(problem),
             *_without_body(problem.robot),
+            *_masses(problem),
         ]
         for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
             findings[name].append(finding)
@@ -221,6 +223,16 @@ def _without_body(robot: Robot) -> Iterator[Finding]:
     """Links whose mesh cannot be drawn."""
     for sentence in looks(robot).missing:
         yield Finding("info", "no-mesh", (), f"{capital(sentence)}.")
+
+
+def _masses(problem: Problem) -> Iterator[Finding]:
+    """What is wrong with the masses of the description, and what was assumed when it was read."""
+    robot = problem.robot
+    found = masses(robot, problem.file.study.robot.mass_kg)
+    for doubt in found.doubts:
+        yield Finding("warn", "robot-bodies", (), f"{capital(doubt)}.")
+    for note in robot.notes:
+        yield Finding("info", "robot-read", (), f"{capital(note)}.")
 
 
 def _uncertain(problem: Problem) -> Iterator[Finding]:

@@ -154,7 +154,7 @@ def _described(study: Study, description: Description) -> tuple[Robot, dict[int,
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "robot").write_text(description.robot, encoding="utf-8")
-        robot = read_robot(study.robot.model_copy(update={key: Path("robot")}), folder)
+        robot = read_robot(study.robot.model_copy(update={key: Path("robot"), "arguments": {}}), folder)
         if not description.points:
             return robot, {}
         (folder / "points.csv").write_text(description.points, encoding="utf-8")

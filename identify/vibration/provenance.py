@@ -12,6 +12,7 @@ from identify.results import tables
 from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import config_settings, given_of
 from identify.results.tables import SettingTable
+from identify.robot.source import read_source
 from identify.vibration.study import StudyFile
 
 
@@ -35,10 +36,14 @@ def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
 
 
 def description_of(file: StudyFile) -> results.Description:
-    """The texts of the robot's and the points' files."""
-    robot, points = file.study.robot.urdf or file.study.robot.dh or Path(), file.study.points
+    """The texts of the robot's, as URDF where it was made of another, and the points' files."""
+    settings, points = file.study.robot, file.study.points
     text = "" if points is None else _text(file.resolve(points))
-    return results.Description(robot.name, _text(file.resolve(robot)), text)
+    if settings.urdf is None:
+        path = settings.dh or Path()
+        return results.Description(path.name, _text(file.resolve(path)), text)
+    source = read_source(file.resolve(settings.urdf), settings.arguments)
+    return results.Description(settings.urdf.name, source.text(), text)
 
 
 def _text(path: Path) -> str:

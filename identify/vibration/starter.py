@@ -5,7 +5,6 @@ files that they say.
 from __future__ import annotations
 
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,15 +22,17 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import frf_files, load_frf_set
 from identify.measured.several import is_pattern
 from identify.robot.description import Robot
-from identify.robot.read import read_robot
-from identify.robot.settings import RobotSettings
+from identify.robot.joint_angles import from_ground
+from identify.vibration.starter_robot import Told, new_robot, relative
 
 _TEMPLATE = """\
 # A study of identify.  Keys that are missing have defaults; `identify config` prints them all.
 # SI units unless a key says otherwise.
 schema: identify/1
 name: {{ name }}                     # names the result file in reports/
-robot: { {{- robot_key }}: {{ robot }}}   # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
+robot: { {{- robot_key }}: {{ robot }}{{ robot_keys }}}
+    # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
+{{ from_ground -}}
 points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
 measurements:
 {%- for m in measurements %}
@@ -63,7 +64,7 @@ effects:                             # the physics of the model; one line per ef
     # damping: {damping_ratio: 0.03}
   # - {kind: base-compliance, axes: [rx, ry]}
   # - {kind: pre-trigger}            # records begin before the impact; slow modes ring on beyond their end
-# uncertainty: typical              # masses, sensors, gains and angles are not quite as told; or `careful`
+{{ uncertainty }}              # masses, sensors, gains and angles are not quite as told; or `careful`
 cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
 # optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
 starts: 10                           # at most; fewer when three agree
@@ -85,28 +86,34 @@ def write_starter(
     out: Path,
     points: Path | None,
     options: FrfFileOptions | None = None,
+    told_of_robot: Told | None = None,
 ) -> Starter:
-    """Write the config; options: what the user says of all files.
+    """Write the config; options: what the user says of all files, told_of_robot: and of the robot.
 
     InputError for a file that exists, which is kept, and for one that cannot be read.
     """
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
     key = "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
-    described = read_robot(RobotSettings.model_validate({key: robot.resolve()}), Path())
     folder = out.resolve().parent
+    new = new_robot(robot, folder, told_of_robot or Told())
+    described = new.robot
     told = options or FrfFileOptions()
     read = dict[Path, _Read]()
     groups = _grouped(data, told, read)
     entries = [_measurement(files, folder, told, read, len(described.joints)) for files in groups]
+    entries = entries or [_Entry("file", "null", "   # FILL IN: the FRFs that were measured")]
     bands = [entry.band for entry in entries if entry.band]
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
-        name=out.stem if out.stem != "config" else robot.resolve().parent.name,
+        name=out.stem if out.stem != "config" else _name(robot),
         robot_key=key,
-        robot=_relative(robot, folder),
+        robot=relative(new.file, folder),
+        robot_keys=new.keys,
+        from_ground=_from_ground(described),
+        uncertainty=f"uncertainty: {new.uncertainty}" if new.uncertainty else "# uncertainty: typical",
         last_link=described.links[-1].name,
-        points=_relative(points, folder),
+        points=relative(points, folder),
         measurements=entries,
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
@@ -120,8 +127,7 @@ def write_starter(
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     write_text(out, text)
-    heavy = f"the robot file has {sum(link.mass for link in described.links):.4g} kg: compare its data sheet"
-    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries), heavy])
+    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries), *new.said])
 
 
 def _unfilled(text: str) -> list[str]:
@@ -214,7 +220,7 @@ def _measurement(
     files: list[Path], folder: Path, options: FrfFileOptions, read: dict[Path, _Read], joints: int
 ) -> _Entry:
     if files[0].suffix in YAML_SUFFIXES:
-        return _Entry("modes", _relative(files[0], folder))
+        return _Entry("modes", relative(files[0], folder))
     known = read.get(files[0]) if len(files) == 1 else None
     frf_set, unknown = known or _loaded(files, options)
     parts = [one for path in files for one in frf_files(path)]
@@ -238,13 +244,11 @@ def _measurement(
 def _named(files: list[Path], folder: Path) -> str:
     """Files as the key `file` has them: one, all of their kind in a folder by a pattern, or a list."""
     if len(files) == 1:
-        return (
-            json.dumps(_relative(files[0], folder)) if is_pattern(files[0]) else _relative(files[0], folder)
-        )
+        return json.dumps(relative(files[0], folder)) if is_pattern(files[0]) else relative(files[0], folder)
     pattern = files[0].parent / f"*{files[0].suffix}"
     if sorted(files[0].parent.glob(pattern.name)) == sorted(files):
-        return json.dumps(_relative(pattern, folder))
-    return json.dumps([_relative(path, folder) for path in files])
+        return json.dumps(relative(pattern, folder))
+    return json.dumps([relative(path, folder) for path in files])
 
 
 def _round(frequency: float) -> float:
@@ -252,9 +256,20 @@ def _round(frequency: float) -> float:
     return float(f"{frequency:.3g}")
 
 
+def _name(robot: Path) -> str:
+    """Of the folder that a robot's file is in, or of the file in the `urdf` folder of a package."""
+    folder = robot.resolve().parent.name
+    return robot.name.partition(".")[0] if folder in ("urdf", "xacro", "robots") else folder
+
+
+def _from_ground(robot: Robot) -> str:
+    """How a joint 3 that is counted from the ground would be told."""
+    times = from_ground(robot)
+    if times is None:
+        return ""
+    key = f"joint_angles: {{coupling: {{3: {{2: {times:g}}}}}}}"
+    return f"# {key}   # if joint 3 is counted from the ground: Fanuc; arms with a parallelogram\n"
+
+
 def _joints(robot: Robot) -> str:
     return ", ".join(joint.name for joint in robot.joints)
-
-
-def _relative(path: Path, folder: Path) -> str:
-    return os.path.relpath(path.resolve(), folder).replace(os.sep, "/")

@@ -27,6 +27,7 @@ from identify.measured.uff.shapes import read_shapes
 from identify.measured.uff.write import write_uff58
 from identify.reports.kinds import read_any
 from identify.robot.dh import read_dh
+from identify.robot.mesh_file import read_mesh
 from identify.robot.points import read_points
 from identify.robot.urdf import read_urdf
 from identify.vibration.reference import read_reference
@@ -44,6 +45,11 @@ READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "geometry": (".uff", read_geometry),
     "shapes": (".uff", read_shapes),
     "urdf": (".urdf", read_urdf),
+    "xacro": (".xacro", read_urdf),
+    "mjcf": (".xml", read_urdf),
+    "mesh dae": (".dae", read_mesh),
+    "mesh stl": (".stl", read_mesh),
+    "mesh obj": (".obj", read_mesh),
     "dh": (".yaml", read_dh),
     "points": (".csv", read_points),
     "reference": (".yaml", partial(read_reference, known=["a"])),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.core.errors import InputError
-from identify.robot.joint_angles import JointAngles
+from identify.robot.joint_angles import JointAngles, from_ground
 from identify.robot.units import RobotUnits
 from identify.robot.urdf import read_urdf
 from tests.robot.random_arm import industrial_arm, write
@@ -27,6 +27,28 @@ def test_a_change_of_the_robots_angles_is_found_back() -> None:
     change = np.radians([1.0, -2.0, 3.0])
     moved = (np.array(stated) + told.stated(change)).tolist()
     np.testing.assert_allclose(told.posture(moved), told.posture(stated) + change)
+
+
+@pytest.mark.parametrize(("axis", "times"), [("0 1 0", -1.0), ("0 -1 0", 1.0), ("1 0 0", None)])
+def test_a_forearm_that_is_counted_from_the_ground_stays_level(
+    tmp_path: Path, axis: str, times: float | None
+) -> None:
+    """Joint 2 leans the upper arm by any angle; the controller's angle of joint 3 is the forearm's own."""
+    body = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = "".join(f'<link name="l{n}">{body}</link>' for n in range(4))
+    joints = "".join(
+        f'<joint name="j{n}" type="revolute"><parent link="l{n - 1}"/><child link="l{n}"/>'
+        f'<origin rpy="{turn} 0 0" xyz="0 0 1"/><axis xyz="{along}"/></joint>'
+        for n, turn, along in ((1, 0, "0 0 1"), (2, 0, "0 1 0"), (3, 0, axis))
+    )
+    arm = read_urdf(write(tmp_path, f'<robot name="a">{links}{joints}</robot>'))
+    assert from_ground(arm) == times
+    if times is not None:
+        told = JointAngles(coupling={3: {2: times}})
+        turned = [told.posture([0.0, lean, 25.0]) for lean in (0.0, 40.0)]
+        sense = -times
+        absolute = [q[1] * sense + q[2] for q in turned]
+        np.testing.assert_allclose(np.rad2deg(absolute), 25.0)
 
 
 def test_radians() -> None:

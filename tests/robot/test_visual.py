@@ -75,7 +75,8 @@ def test_a_wedge_from_every_kind_of_file(name: str, write: object, tmp_path: Pat
         ("nan.stl", stl(Mesh(WEDGE.vertices * np.nan, WEDGE.triangles)), "no numbers"),
         ("word.obj", b"v 0 0 zero\nf 1 1 1", "damaged"),
         ("far.obj", b"v 0 0 0\nf 1 2 3", "not there"),
-        ("arm.dae", b"<COLLADA/>", ".dae are not read"),
+        ("arm.dae", b"<COLLADA/>", "no triangles"),
+        ("arm.ply", b"ply", ".ply are not read"),
         ("gone.stl", None, "cannot be read"),
     ],
 )

@@ -19,6 +19,7 @@ from identify.model.effects.form import Form
 from identify.model.nuisances.inertia import CHANGES
 from identify.robot.description import Robot
 from identify.robot.points import Point
+from identify.vibration.nuisances.meshes import made_of_mesh
 from identify.vibration.nuisances.settings import UncertaintySettings
 
 FORCE = "force"
@@ -194,10 +195,11 @@ def _of_links(settings: UncertaintySettings, robot: Robot) -> Iterator[Nuisance]
     for link in robot.links:
         if link.mass <= 0:
             continue
+        made = made_of_mesh(robot, link)
         for change, key in zip(CHANGES, keys, strict=True):
             share = 0.5 if change.startswith("product") else 1.0
             unit = "m" if key == "centre_m" else "1"
-            yield Nuisance("link", link.name, change, share * settings.of("links", link.name, key), unit)
+            yield Nuisance("link", link.name, change, share * settings.of_link(link.name, key, made), unit)
 
 
 def _of_points(

@@ -5,13 +5,15 @@ Every number is one standard deviation of a Gaussian error.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
 from identify.core.config import Settings
+from identify.vibration.nuisances.meshes import INERTIA, MASS
 
-Level = Literal["careful", "typical"]
+Level = Literal["careful", "typical", "meshes"]
 _EACH = ("links", "points", "channels")
 """Groups with values of single links, points and channels."""
 
@@ -167,7 +169,8 @@ class UncertaintySettings(Settings):
 
     like: Level | None = Field(
         None,
-        description="`careful` or `typical`: values for all that is not said here; default: exactly as told",
+        description="`careful`, `typical`, or `meshes` where the bodies of links were made of their meshes:"
+        " values for all that is not said here; default: exactly as told",
     )
     links: LinksUncertainty = Field(LinksUncertainty(), description="masses, centres and inertias of links")
     points: PointsUncertainty = Field(PointsUncertainty(), description="places and directions of sensors")
@@ -204,11 +207,20 @@ class UncertaintySettings(Settings):
         stated = None if own is None else getattr(own, key)
         return self.std(group, key) if stated is None else float(stated)
 
+    def of_link(self, name: str, key: str, made: Mapping[str, float]) -> float:
+        """The same of a link, of which `made` says what it is where its body was made of its mesh."""
+        own = self.links.each.get(name)
+        said = (None if own is None else getattr(own, key), getattr(self.links, key))
+        stated = next((one for one in said if one is not None), None)
+        if stated is None and self.like == "meshes":
+            return made[key]
+        return self.std("links", key) if stated is None else float(stated)
+
     def _otherwise(self, group: str, key: str) -> float:
         return 0.0 if self.like is None else _LEVELS[self.like][group][key]
 
 
-_LEVELS: dict[Level, dict[str, dict[str, float]]] = {
+_LEVELS: dict[str, dict[str, dict[str, float]]] = {
     "careful": {
         "links": {"mass": 0.02, "centre_m": 0.005, "inertia": 0.05},
         "points": {"position_m": 0.003, "direction_deg": 1.0},
@@ -232,6 +244,11 @@ _LEVELS: dict[Level, dict[str, dict[str, float]]] = {
 }
 """What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and
 sensors placed with a jig, and in an ordinary one."""
+_LEVELS["meshes"] = {
+    **_LEVELS["typical"],
+    "links": {"mass": MASS[0], "centre_m": 0.021, "inertia": INERTIA[0]},
+}
+"""As typical, but for links, of which `identify.vibration.nuisances.meshes` says more."""
 
 
 FORMS_ALONE = UncertaintySettings(
