@@ -21,8 +21,8 @@ from identify.robot.mesh import Mesh, Surface, Visual, box, cylinder, joined, si
 from identify.robot.mesh_file import read_mesh
 from identify.robot.urdf_elements import UrdfDocument
 
-_MOST = 1500
-"""Triangles of a whole robot."""
+MOST = 1500
+"""Triangles of a whole robot that is drawn."""
 _TOO_WIDE = 10.0
 """A body so many times as wide as the whole arm is long is in another unit."""
 
@@ -48,8 +48,8 @@ def visuals(document: UrdfDocument) -> tuple[Visual, ...]:
     return tuple(one for one in found if one.choices)
 
 
-def looks(robot: Robot) -> Looks:
-    """What the links look like, with a bounded number of triangles."""
+def looks(robot: Robot, most: int = MOST) -> Looks:
+    """What the links look like, with at most so many triangles in all."""
     origins = [joint.origin[:3, 3] for joint in robot.joints]
     reach_m = sum(float(np.linalg.norm(origin)) for origin in origins)
     meshes: dict[str, Mesh] = {}
@@ -64,7 +64,7 @@ def looks(robot: Robot) -> Looks:
                 fault = fault or f"{Path(error.where).name}: {error.found}"
         else:
             missing.append(f"link {one.link} is drawn as a line, not as its body ({fault})")
-    each = _MOST // max(len(meshes), 1)
+    each = most // max(len(meshes), 1)
     return Looks({link: simplified(mesh, each) for link, mesh in meshes.items()}, tuple(missing))
 
 
