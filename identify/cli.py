@@ -26,6 +26,7 @@ from identify.api.options import (
     ModesOptions,
     Names,
     PlanCommandOptions,
+    PointsOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
@@ -335,6 +336,31 @@ def init(
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )
+
+
+@app.command()
+@takes_options
+def points(
+    robot: Annotated[Path, typer.Argument(help="URDF, or YAML with a Denavit-Hartenberg table")],
+    data: Annotated[
+        list[Path] | None,
+        typer.Argument(help="measured FRFs, or a universal file with the geometry of the test"),
+    ] = None,
+    *,
+    options: PointsOptions,
+) -> None:
+    """Find where the nodes of a test are: lay its geometry on the robot, or click on a page.
+
+    Writes points.csv from the geometry in universal files (datasets 15 or 2411), and a page to look at it and
+    to put further nodes on the surfaces of the robot.
+    """
+    from identify.api import commands as api
+    from identify.reports.points.said import sentences
+
+    placing, written = api.run_points(robot, data or [], options)
+    if not options.quiet:
+        typer.echo("\n".join(sentences(placing)))
+        _say_written(written)
 
 
 @app.command()

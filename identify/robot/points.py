@@ -24,6 +24,7 @@ from identify.robot.pose import pose
 
 COLUMNS = ("node", "name", "link", "x_m", "y_m", "z_m")
 ANGLES = ("rx_deg", "ry_deg", "rz_deg")
+_TURNED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -101,6 +102,18 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
         else:
             written.append(text)
     return "\n".join(written) + "\n"
+
+
+def new_points_text(points: Mapping[int, Point]) -> str:
+    """The text of a CSV file of points that has no lines yet."""
+    wide = any(np.abs(point.axes - np.eye(3)).max() > _TURNED for point in points.values())
+    lines = [joined([*COLUMNS, *(ANGLES if wide else ())])]
+    for node, point in points.items():
+        cells = [f"{x:.5f}" for x in point.position]
+        turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
+        cells += [f"{x:.3f}" for x in turn.as_euler("xyz", degrees=True)] if wide else []
+        lines.append(joined([str(node), point.name, point.link, *cells]))
+    return "\n".join(lines) + "\n"
 
 
 def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:

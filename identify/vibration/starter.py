@@ -177,7 +177,7 @@ def _grouped(data: list[Path], options: FrfFileOptions, read: dict[Path, _Read])
     for path in data:
         own = set[tuple[Channel, Channel]]()
         if len(data) > 1 and path.is_file() and path.suffix not in YAML_SUFFIXES:
-            read[path] = _loaded([path], options)
+            read[path] = loaded([path], options)
             own = _pairs(read[path][0])
         alike = bool(groups and own and pairs[-1]) and groups[-1][0].parent == path.parent
         if alike and not own & pairs[-1]:
@@ -195,7 +195,7 @@ def _pairs(data: FrfSet) -> set[tuple[Channel, Channel]]:
     return {(data.outputs[i], data.inputs[j]) for i, j in zip(rows, columns, strict=True)}
 
 
-def _loaded(files: list[Path], options: FrfFileOptions) -> _Read:
+def loaded(files: list[Path], options: FrfFileOptions) -> _Read:
     """The FRFs of files, and whether they only do not say their quantity or unit, for which the config then
     asks.
     """
@@ -216,7 +216,7 @@ def _measurement(
     if files[0].suffix in YAML_SUFFIXES:
         return _Entry("modes", _relative(files[0], folder))
     known = read.get(files[0]) if len(files) == 1 else None
-    frf_set, unknown = known or _loaded(files, options)
+    frf_set, unknown = known or loaded(files, options)
     parts = [one for path in files for one in frf_files(path)]
     size = (
         f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"

@@ -41,17 +41,18 @@ class _Found:
     length: float | None = None
 
 
-def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometry:
+def read_geometry(path: Path, length_unit: str | None = None, *, or_else: str | None = None) -> MeasuredGeometry:
     """Nodes, channel directions and trace lines of a universal file, in m.
 
-    length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no
+    length_unit (m, mm, cm, in, ft) is for files without dataset 164, or_else what those are taken to have.  InputError where there are no nodes, no
     unit, or one too many, a system of a node that is missing or not Cartesian, or a line to a node that is
     not there; a node is taken once.
     """
     found = _found(path)
     if not found.nodes:
         raise InputError(str(path), "no nodes (dataset 15 or 2411)", "measurement points")
-    scale = _scale(str(path), found.length, length_unit)
+    given = or_else if found.length is None and length_unit is None else length_unit
+    scale = _scale(str(path), found.length, given)
     nodes = tuple(sorted(found.nodes))
     position, axes = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3, 3))
     for n, node in enumerate(nodes):

@@ -32,8 +32,8 @@ _ELSEWHERE_M = 0.03
 
 @dataclass(frozen=True)
 class Node:
-    """A node on the robot: link, position (3,), m, and axes (3, 3) of its channels, rows, in the link's frame;
-    normal (3,) of the surface there; height above it and one standard deviation of the position along any
+    """A node on the robot: link (empty: on none), position (3,), m, and axes (3, 3) of its channels, rows, in
+    the link's frame; normal (3,) of the surface there; height above it and one standard deviation of the position along any
     axis, m; probability that it is on this link, rather than on `other` or (empty) on none.
     """
 
@@ -173,10 +173,11 @@ def _registration(best: _Candidate, geometry: MeasuredGeometry, rivals: int) -> 
     rows = np.arange(len(places))
     normal = np.einsum("nji,nj->ni", turn, found.normal[rows, link])
     inside = _inside(links, link, places)
+    none = own.max(axis=1) < 1 - own.sum(axis=1)
     nodes = tuple(
         Node(
             node,
-            names[link[n]],
+            "" if none[n] else names[link[n]],
             inside[n],
             axes[n],
             normal[n],
