@@ -205,7 +205,9 @@ def points(robot: _Path, data: Sequence[_Path] = (), **options: Any) -> Placing:
     geometry, and a page to look at them and to put others; options: those of `identify points` by name, such
     as posture="0,30,-60,0,45,0".
     """
-    return run_points(Path(robot), [Path(one) for one in data], PointsOptions(**_paths(options)))[0]
+    return run_points(
+        Path(robot), [Path(one) for one in data], PointsOptions(**_paths({"quiet": True, **options}))
+    )[0]
 
 
 def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:

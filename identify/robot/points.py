@@ -81,8 +81,8 @@ def read_points(path: Path) -> dict[int, Point]:
 
 
 def points_text(path: Path, points: Mapping[int, Point]) -> str:
-    """The text of a CSV file of points with other positions and axes of sensors, by node; all else, of what
-    has a line, as it was.
+    """The text of a CSV file of points with other links, positions and axes of sensors, by node; all else, of
+    what has a line, as it was.
     """
     lines = read_csv(path, "a CSV file of measurement points")
     header = next(cells for _, _, cells in lines if cells)
@@ -120,7 +120,10 @@ def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
     """The cells that say where a point is and how its sensor is turned; none where it is as told."""
     if point is None:
         return {}
-    found = {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
+    found = {"link": point.link}
+    if np.all(point.position == told.position) and np.all(point.axes == told.axes):
+        return found
+    found |= {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
     if wide and np.any(point.axes != told.axes):
         turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
         found |= {

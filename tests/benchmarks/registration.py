@@ -2,9 +2,9 @@
 
     python -m tests.benchmarks.registration --seed N [--robots FOLDER] [--count 60] [--pairs 3]
 
-Each geometry is of 25 to 60 nodes on surfaces that nothing covers, 15 mm or more from other links, as a sensor
-needs; joint angles are 3 degrees (standard deviation) other than stated, three nodes are paired with places
-30 mm (of each coordinate) off, nodes are 2 mm off and lie up to 12 mm above the surface, and of one in ten
+Each geometry is of 25 to 60 nodes on surfaces that nothing covers, 15 mm or more from other links, as a
+sensor needs; joint angles are 3 degrees (standard deviation) other than stated, three nodes are paired with
+places 30 mm (of each coordinate) off, nodes are 2 mm off and lie up to 12 mm above the surface, and of one in ten
 the file says a wrong unit.  Kinematics, meshes, rays and universal files are written here once more, so that
 no mistake is made twice; only `identify points` is asked, through its files.
 
@@ -36,7 +36,7 @@ RESULTS = Path(__file__).parent / "results"
 
 @dataclass
 class Arm:
-    """Links in a row; of each its triangles (t, 3, 3) in its frame, m; joints as (origin (4, 4), axis (3,))."""
+    """Links in a row; of each its triangles (t, 3, 3) in its frame, m; origin and axis of each joint."""
 
     file: Path
     names: list[str] = field(default_factory=list)
@@ -143,7 +143,7 @@ def _solid(link: ElementTree.Element, file: Path) -> np.ndarray:
 
 
 def _mesh_file(file: Path, name: str) -> Path | None:
-    tail = name.split("://")[-1]
+    tail = name.rsplit("://", 1)[-1]
     if not tail.lower().endswith(".stl"):
         return None
     places = [Path(tail), *(above / tail for above in file.resolve().parents)]
@@ -221,7 +221,10 @@ def draw_nodes(arm: Arm, angles: np.ndarray, count: int, chance: np.random.Gener
     world = [placed(pose, solid) for pose, solid in zip(poses, arm.solids, strict=True)]
     every = np.concatenate(world)
     area = [np.linalg.norm(np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0]), axis=1) for t in world]
-    clouds = [_scattered(t, a, 4000, chance)[0] if len(t) else np.zeros((0, 3)) for t, a in zip(world, area)]
+    clouds = [
+        _scattered(t, a, 4000, chance)[0] if len(t) else np.zeros((0, 3))
+        for t, a in zip(world, area, strict=True)
+    ]
     total = np.sqrt([a.sum() for a in area])
     height = chance.uniform(0, HEIGHT_M)
     links, places = [], []

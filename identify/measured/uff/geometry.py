@@ -41,12 +41,14 @@ class _Found:
     length: float | None = None
 
 
-def read_geometry(path: Path, length_unit: str | None = None, *, or_else: str | None = None) -> MeasuredGeometry:
+def read_geometry(
+    path: Path, length_unit: str | None = None, *, or_else: str | None = None
+) -> MeasuredGeometry:
     """Nodes, channel directions and trace lines of a universal file, in m.
 
-    length_unit (m, mm, cm, in, ft) is for files without dataset 164, or_else what those are taken to have.  InputError where there are no nodes, no
-    unit, or one too many, a system of a node that is missing or not Cartesian, or a line to a node that is
-    not there; a node is taken once.
+    length_unit (m, mm, cm, in, ft) is for files without dataset 164, or_else what those are taken to have.
+    InputError where there are no nodes, no unit, or one too many, a system of a node that is missing or not
+    Cartesian, or a line to a node that is not there; a node is taken once.
     """
     found = _found(path)
     if not found.nodes:

@@ -4,9 +4,9 @@ Unknown are the pose of the analyser's frame in the base's and how far each join
 
     sum w_il (d_il / s)^2 + sum |pair apart|^2 / s_pair^2 + sum (dq_j / s_angle)^2
 
-of distances d_il of node i from the skin of link l are least, with weights w_il by which link it is likely on,
-or on none; the scale s of distances falls from coarse to fine (point to plane: Chen and Medioni, Image and
-Vision Computing 10 (1992) 145; soft assignments: Granger and Pennec, ECCV 2002).
+of distances d_il of node i from the skin of link l are least, with weights w_il by which link it is likely
+on, or on none; the scale s of distances falls from coarse to fine (point to plane: Chen and Medioni, Image
+and Vision Computing 10 (1992) 145; soft assignments: Granger and Pennec, ECCV 2002).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.robot.description import Robot
 from identify.robot.pose import turned
 from identify.setup.registration.chain import Chain, chain
@@ -46,8 +46,8 @@ class Pairs:
     one standard deviation of each coordinate, m.
     """
 
-    rows: Array = field(default_factory=lambda: np.zeros(0, dtype=int))
-    links: Array = field(default_factory=lambda: np.zeros(0, dtype=int))
+    rows: Index = field(default_factory=lambda: np.zeros(0, dtype=int))
+    links: Index = field(default_factory=lambda: np.zeros(0, dtype=int))
     places: Array = field(default_factory=lambda: np.zeros((0, 3)))
     spread_m: float = 0.03
 
@@ -129,7 +129,12 @@ def distances(task: Task, at: Laid, links: Chain, places: Array, within: float =
 
 
 def laid(
-    task: Task, start: Array, coarse_m: float, fine_m: float = FINE_M, last: int = 12, angles: Array | None = None
+    task: Task,
+    start: Array,
+    coarse_m: float,
+    fine_m: float = FINE_M,
+    last: int = 12,
+    angles: Array | None = None,
 ) -> Laid:
     """The cloud laid on the robot from a start pose (4, 4), at scales from coarse to fine, m, and in the last
     steps at that which the distances have; angles: to start from, by default as stated.
@@ -181,12 +186,15 @@ def _equations(task: Task, links: Chain, places: Array, at: Laid) -> list[tuple[
     known = np.append(task.spread, HEIGHT_M)
     return [
         (own * root[:, None], found.distance[node, link] * root),
-        (np.pad(paired, ((0, 0), (0, 1))) / pairs.spread_m, pairs.apart(links, places).ravel() / pairs.spread_m),
+        (
+            np.pad(paired, ((0, 0), (0, 1))) / pairs.spread_m,
+            pairs.apart(links, places).ravel() / pairs.spread_m,
+        ),
         (np.pad(np.diag(1 / known), ((0, 0), (6, 0))), np.append(at.angles - task.angles, at.height) / known),
     ]
 
 
-def motion(links: Chain, places: Array, node: Array, link: Array) -> Array:
+def motion(links: Chain, places: Array, node: Index, link: Index) -> Array:
     """(m, 3, 6 + joints): how nodes move beside links with a shift of the cloud, a turn about its middle, and
     the joint angles.
     """

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.robot.description import Robot
 from identify.robot.pose import turned
 
@@ -21,7 +21,7 @@ class Chain:
     axes: Array
     places: Array
 
-    def moved(self, links: Array, places: Array) -> Array:
+    def moved(self, links: Index, places: Array) -> Array:
         """(n, 3, joints): what a joint angle does to places (n, 3), in the base's frame, of links (n)."""
         away = places[:, None] - self.places[None]
         motion = np.cross(self.axes[None], away)

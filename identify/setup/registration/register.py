@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.measured.geometry import MeasuredGeometry
@@ -33,8 +33,9 @@ _ELSEWHERE_M = 0.03
 @dataclass(frozen=True)
 class Node:
     """A node on the robot: link (empty: on none), position (3,), m, and axes (3, 3) of its channels, rows, in
-    the link's frame; normal (3,) of the surface there; height above it and one standard deviation of the position along any
-    axis, m; probability that it is on this link, rather than on `other` or (empty) on none.
+    the link's frame; normal (3,) of the surface there; height above it and one standard deviation of the
+    position along any axis, m; probability that it is on this link, rather than on `other` or (empty) on
+    none.
     """
 
     node: int
@@ -53,8 +54,8 @@ class Registration:
     """The nodes of a test on the robot.
 
     pose (4, 4): of the analyser's frame in the base's; angles and their standard deviations (joints,), rad;
-    unit: what stated lengths were multiplied by; scale_m: how far nodes are from the surface; pairs_m: how far
-    each pair is off, by node; rivals: other placements that explain the geometry about as well.
+    unit: what stated lengths were multiplied by; scale_m: how far nodes are from the surface; pairs_m: how
+    far each pair is off, by node; rivals: other placements that explain the geometry about as well.
     """
 
     nodes: tuple[Node, ...]
@@ -109,14 +110,14 @@ class _Candidate:
         at = laid(own, self.laid.pose, 2 * _GLANCE_M, angles=self.laid.angles if angles is None else angles)
         return _Candidate(self.unit, own, at)
 
-    def on_links(self) -> tuple[Array, Array]:
+    def on_links(self) -> tuple[Index, Array]:
         """Of each node the link (n,) and the position in its frame (n, 3)."""
         links, places = chain(self.task.robot, self.laid.angles), self.laid.placed(self.task.nodes)
         link = np.abs(distances(self.task, self.laid, links, places).distance).argmin(axis=1)
         return link, _inside(links, link, places)
 
 
-def _inside(links: Chain, link: Array, places: Array) -> Array:
+def _inside(links: Chain, link: Index, places: Array) -> Array:
     poses = links.poses[link]
     return np.asarray(np.einsum("nji,nj->ni", poses[:, :3, :3], places - poses[:, :3, 3]))
 
@@ -133,7 +134,7 @@ def _rivals(found: list[_Candidate]) -> int:
     return len(known) - 1
 
 
-def _apart(one: tuple[Array, Array], other: tuple[Array, Array]) -> float:
+def _apart(one: tuple[Index, Array], other: tuple[Index, Array]) -> float:
     """Median distance of nodes on the same link, m; infinite where most are on others."""
     same = one[0] == other[0]
     return float(np.median(np.linalg.norm(one[1] - other[1], axis=1)[same])) if same.mean() > 0.5 else np.inf
@@ -160,43 +161,40 @@ def _glances(unit: float, task: Task, size: float) -> list[_Candidate]:
 
 def _registration(best: _Candidate, geometry: MeasuredGeometry, rivals: int) -> Registration:
     task, at = best.task, best.laid
+    covariance = np.asarray(np.linalg.pinv(at.information, hermitian=True))[:-1, :-1]  # without the height
+    apart = np.linalg.norm(task.pairs.apart(chain(task.robot, at.angles), at.placed(task.nodes)), axis=1)
+    pairs = {geometry.nodes[row]: float(far) for row, far in zip(task.pairs.rows, apart, strict=True)}
+    spread = np.sqrt(np.diag(covariance)[6:])
+    nodes = tuple(_nodes(task, at, geometry, covariance))
+    return Registration(nodes, at.pose, at.angles, spread, best.unit, at.scale, pairs, rivals)
+
+
+def _nodes(task: Task, at: Laid, geometry: MeasuredGeometry, covariance: Array) -> Iterator[Node]:
+    """Every node on its likeliest link; covariance (6 + joints,) ** 2 of shift, turn and angles."""
     links, places = chain(task.robot, at.angles), at.placed(task.nodes)
     found = distances(task, at, links, places)
-    covariance = np.linalg.pinv(at.information, hermitian=True)[:-1, :-1]  # without the height
-    own = _probabilities(found, covariance, links, places, at.scale)
-    link = own.argmax(axis=1)
-    moved = motion(links, places, np.arange(len(places)), link)
+    likelihood = _probabilities(found, covariance, links, places, at.scale)
+    link, every = likelihood.argmax(axis=1), np.arange(len(places))
+    moved = motion(links, places, every, link)
     spread = np.sqrt(np.einsum("nck,kl,ncl->n", moved, covariance, moved) / 3 + at.scale**2)
+    inside, turn = _inside(links, link, places), links.poses[link][:, :3, :3]
     names = [one.name for one in task.robot.links]
-    turn = links.poses[link][:, :3, :3]
-    axes = np.einsum("nac,bc,nbd->nad", geometry.axes, at.pose[:3, :3], turn)
-    rows = np.arange(len(places))
-    normal = np.einsum("nji,nj->ni", turn, found.normal[rows, link])
-    inside = _inside(links, link, places)
-    none = own.max(axis=1) < 1 - own.sum(axis=1)
-    nodes = tuple(
-        Node(
-            node,
-            "" if none[n] else names[link[n]],
-            inside[n],
-            axes[n],
-            normal[n],
-            float(found.distance[n, link[n]]) + at.height,
-            float(spread[n]),
-            float(own[n, link[n]]),
-            _other(own[n], names),
+    for n, node in enumerate(geometry.nodes):
+        own = likelihood[n]
+        yield Node(
+            node=node,
+            link=names[link[n]] if own.max() > 1 - own.sum() else "",
+            position=inside[n],
+            axes=geometry.axes[n] @ at.pose[:3, :3].T @ turn[n],
+            normal=found.normal[n, link[n]] @ turn[n],
+            height_m=float(found.distance[n, link[n]]) + at.height,
+            spread_m=float(spread[n]),
+            probability=float(own[link[n]]),
+            other=_other(own, names),
         )
-        for n, node in enumerate(geometry.nodes)
-    )
-    apart = np.linalg.norm(task.pairs.apart(links, places), axis=1)
-    pairs = {geometry.nodes[row]: float(far) for row, far in zip(task.pairs.rows, apart, strict=True)}
-    angle_spread = np.sqrt(np.diag(covariance)[6:])
-    return Registration(nodes, at.pose, at.angles, angle_spread, best.unit, at.scale, pairs, rivals)
 
 
-def _probabilities(
-    found: Distances, covariance: Array, links: Chain, places: Array, scale: float
-) -> Array:
+def _probabilities(found: Distances, covariance: Array, links: Chain, places: Array, scale: float) -> Array:
     """(n, links): of each node to be on each link, with all that is not sure of pose and angles."""
     rows, spread = np.arange(len(places)), np.empty_like(found.distance)
     for link in range(len(links.poses)):
