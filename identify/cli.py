@@ -326,13 +326,28 @@ def init(
     ] = None,
     columns: Columns = None,
     names: Names = None,
+    posture: Annotated[
+        str | None,
+        typer.Option(
+            help="joint angles of the first posture in degrees, 0,30,-60,0,45,0; with them, points that are"
+            " missing are found from the geometry in the data, if it is there"
+        ),
+    ] = None,
 ) -> None:
     """Write a commented starter config for a robot and its data."""
+    from identify.api import commands as api
+    from identify.core.text import angles_of
     from identify.measured.frf_records import FrfFileOptions
+    from identify.reports.points.said import sentences
     from identify.vibration.starter import write_starter
 
+    there = points or robot.parent / "points.csv"
+    if posture is not None and not there.exists() and api.with_geometry(data):
+        placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
+        typer.echo("\n".join(sentences(placing)))
+        _say_written(files)
     told = FrfFileOptions(columns=columns_of(columns), names=names)
-    written = write_starter(robot, data, out, points, told)
+    written = write_starter(robot, data, out, points, told, angles_of(posture, "--posture"))
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )

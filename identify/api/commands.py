@@ -377,6 +377,13 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     return Result(result, tuple(written))
 
 
+def with_geometry(data: Sequence[Path]) -> bool:
+    """Whether the first file of some says where its nodes are."""
+    from identify.measured.uff.geometry import has_geometry
+
+    return has_geometry(data[0])
+
+
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
     from identify.core.atomic import ELSEWHERE, write_text

@@ -22,6 +22,7 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import frf_files, load_frf_set
 from identify.measured.several import is_pattern
+from identify.measured.uff.geometry import has_geometry
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -39,7 +40,11 @@ measurements:
 {%- for line in m.lines %}
     {{ line }}
 {%- endfor %}
+{%- if loop.first and posture %}
+    posture_deg: {{ posture }}
+{%- else %}
     posture_deg: null                # FILL IN: angles of {{ joints }}, such as {{ zeros }}
+{%- endif %}
 {%- if m.key == "file" %}
 {%- if m.unknown %}
     quantity: null                   # FILL IN: receptance, mobility or accelerance; the file does not say
@@ -85,8 +90,10 @@ def write_starter(
     out: Path,
     points: Path | None,
     options: FrfFileOptions | None = None,
+    posture: tuple[float, ...] = (),
 ) -> Starter:
-    """Write the config; options: what the user says of all files.
+    """Write the config; options: what the user says of all files; posture: joint angles of the first
+    measurement, degrees, if they are known.
 
     InputError for a file that exists, which is kept, and for one that cannot be read.
     """
@@ -108,6 +115,7 @@ def write_starter(
         last_link=described.links[-1].name,
         points=_relative(points, folder),
         measurements=entries,
+        posture=list(posture),
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
         band=(
@@ -121,7 +129,7 @@ def write_starter(
     )
     write_text(out, text)
     heavy = f"the robot file has {sum(link.mass for link in described.links):.4g} kg: compare its data sheet"
-    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries), heavy])
+    return Starter(out, [*_unfilled(text), *_points_to_write(robot, data, points, entries), heavy])
 
 
 def _unfilled(text: str) -> list[str]:
@@ -136,15 +144,17 @@ def _unfilled(text: str) -> list[str]:
     return [*said, window] if "window_decay_per_s" in text else said
 
 
-def _points_to_write(points: Path, entries: list[_Entry]) -> list[str]:
-    """That the file of points is missing, and which nodes it has to have."""
+def _points_to_write(robot: Path, data: list[Path], points: Path, entries: list[_Entry]) -> list[str]:
+    """That the file of points is missing, which nodes it has to have, and what makes it."""
     nodes = sorted({node for entry in entries for node in entry.nodes})
     if points.exists() or not nodes:
         return []
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
     return [
         f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
-        f" the data ({some})"
+        f" the data ({some}), or let `identify points {robot} {data[0]} --posture ... --out {points}` "
+        + ("find them from the geometry of" if has_geometry(data[0]) else "show the robot, to click on for")
+        + " the test"
     ]
 
 

@@ -4,9 +4,9 @@
 
 Each geometry is of 25 to 60 nodes on surfaces that nothing covers, 15 mm or more from other links, as a
 sensor needs; joint angles are 3 degrees (standard deviation) other than stated, three nodes are paired with
-places 30 mm (of each coordinate) off, nodes are 2 mm off and lie up to 12 mm above the surface, and of one in ten
-the file says a wrong unit.  Kinematics, meshes, rays and universal files are written here once more, so that
-no mistake is made twice; only `identify points` is asked, through its files.
+places 30 mm (of each coordinate) off, nodes are 2 mm off and lie up to 12 mm above the surface, and of one in
+ten the file says a wrong unit.  Kinematics, meshes, rays and universal files are written here once more, so
+that no mistake is made twice; only `identify points` is asked, through its files.
 
 FOLDER: descriptions with meshes (STL) somewhere below; without it, arms of boxes and cylinders are drawn.
 """

@@ -17,6 +17,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.geometry import MeasuredGeometry
+from identify.measured.loaders import FORMAT_OF_SUFFIX
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 
@@ -24,6 +25,7 @@ System = tuple[Array, Array]
 
 _WITH_SECTION = (11, 21, 22, 23, 24)
 """Types of elements of dataset 2412 that have a line for their section and orientation."""
+_NODES = (15, 2411)
 LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 """Units of length a user can name, in m."""
 
@@ -39,6 +41,12 @@ class _Found:
     curved: dict[int, int] = field(default_factory=dict)
     lines: list[tuple[int, ...]] = field(default_factory=list)
     length: float | None = None
+
+
+def has_geometry(path: Path, form: str | None = None) -> bool:
+    """Whether a file is a universal one with nodes; form: of the file, which else its suffix tells."""
+    universal = path.is_file() and (form or FORMAT_OF_SUFFIX.get(path.suffix.lower())) == "uff"
+    return universal and any(block.number in _NODES for block in blocks(path))
 
 
 def read_geometry(

@@ -14,9 +14,8 @@ from identify.core.text import count, listed
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.loaders import FORMAT_OF_SUFFIX
-from identify.measured.uff.blocks import blocks, has_functions
-from identify.measured.uff.geometry import read_geometry
+from identify.measured.uff.blocks import has_functions
+from identify.measured.uff.geometry import has_geometry, read_geometry
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
@@ -29,7 +28,6 @@ from identify.vibration.starter import loaded
 
 _WHOLE = 2**31
 """Triangles of a mesh that is measured, not drawn: all."""
-_NODES = (15, 2411)
 SURE = 0.95
 """Probability of a link below which it is to be looked at."""
 _FAR = 4.0
@@ -97,12 +95,6 @@ def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placin
         _pairs(asked, robot, geometry),
     )
     return _placed(plain, geometry, register(task, geometry), channels)
-
-
-def has_geometry(path: Path) -> bool:
-    """Whether a file is a universal one with nodes."""
-    universal = path.is_file() and FORMAT_OF_SUFFIX.get(path.suffix.lower()) == "uff"
-    return universal and any(block.number in _NODES for block in blocks(path))
 
 
 def _channels(data: Sequence[Path]) -> dict[int, set[int]]:

@@ -1,0 +1,128 @@
+"""Nodes of a simulated geometry come back on their links, whatever the frame, the unit and the angles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from identify.api import commands as api
+from identify.cli import app
+from identify.core.errors import InputError
+from identify.robot.points import read_points
+from identify.setup.registration.run import Placing
+from tests.benchmarks.registration import rotation
+from tests.setup.registration.arm import COUNT, Test, simulated, widest
+
+
+def _errors(test: Test, out: Path) -> tuple[float, np.ndarray]:
+    """Share of right links, and distances of those, m."""
+    found = read_points(out)
+    right = [
+        row
+        for row, link in enumerate(test.nodes.link)
+        if row + 1 in found and found[row + 1].link == test.arm.names[link]
+    ]
+    away = [np.linalg.norm(found[row + 1].position - test.nodes.local[row]) for row in right]
+    return len(right) / COUNT, np.array(away)
+
+
+def _placed(test: Test, folder: Path, **options: Any) -> Placing:
+    return api.points(test.arm.file, [test.uff], posture=test.posture, out=folder / "points.csv", **options)
+
+
+def test_three_rough_pairs_and_angles_three_degrees_off(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.005
+    assert any("other angles than stated" in note for note in found.notes)
+
+
+def test_angles_that_may_not_move_leave_centimetres(tmp_path: Path) -> None:
+    """Negative control: it is the free angles that bring millimetres."""
+    test = simulated(tmp_path, 1)
+    _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)), angle_error=0.01)
+    _, away = _errors(test, tmp_path / "points.csv")
+    assert np.median(away) > 0.01
+
+
+def test_the_shape_alone_suffices(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 2, off_deg=2.0)
+    _placed(test, tmp_path)
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.005
+
+
+@pytest.mark.parametrize(("unit", "said"), [("mm", "m"), ("in", "m"), ("m", "mm")])
+def test_a_wrong_unit_is_found_and_said(tmp_path: Path, unit: str, said: str) -> None:
+    test = simulated(tmp_path, 3, unit, said)
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.006
+    assert any("times what its unit says" in note for note in found.notes)
+
+
+def test_nodes_of_something_else_are_doubted_or_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 4)
+    chance = np.random.default_rng(0)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    for number in range(start, start + COUNT):
+        lines[number] = lines[number][:40] + "".join(f"{x:13.5E}" for x in chance.uniform(-1, 1, 3))
+    test.uff.write_text("\n".join(lines) + "\n")
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)), pair_error=1.0)
+    assert len(found.doubts or ()) > COUNT / 3
+
+
+def test_a_cloud_of_no_robot_size_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 4)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    for number in range(start, start + COUNT):
+        lines[number] = lines[number][:40] + "".join(f"{1e-9 * number:13.5E}" for _ in range(3))
+    test.uff.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match="in whatever unit"):
+        _placed(test, tmp_path)
+
+
+def test_axes_are_those_of_the_analyser_in_the_frame_of_the_link(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 5, off_deg=0.0)
+    _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    poses = test.arm.poses(np.radians(test.stated))
+    frame = rotation(np.array([0.2, -0.3, 1.0]), 2.0)
+    for node, point in read_points(tmp_path / "points.csv").items():
+        number = test.arm.names.index(point.link)
+        expected = frame @ poses[number][:3, :3]
+        angle = np.degrees(np.arccos((np.trace(point.axes @ expected.T) - 1) / 2))
+        assert angle < 4.0, node
+
+
+def test_an_existing_file_is_kept(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    (tmp_path / "points.csv").write_text("mine")
+    with pytest.raises(InputError, match="the file exists"):
+        _placed(test, tmp_path)
+    assert (tmp_path / "points.csv").read_text() == "mine"
+
+
+def test_the_command_says_what_is_to_be_looked_at(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 6)
+    pairs, out = test.pairs(tmp_path, widest(test.nodes)), tmp_path / "points.csv"
+    words = ["points", str(test.arm.file), str(test.uff), "--posture", test.posture]
+    shown = CliRunner().invoke(app, [*words, "--pairs", str(pairs), "--out", str(out)])
+    assert shown.exit_code == 0, shown.output
+    assert "from its surface" in shown.output
+    assert out.exists() and out.with_suffix(".html").exists()
+
+
+def test_another_number_of_angles_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    with pytest.raises(InputError, match="one per joint"):
+        api.points(test.arm.file, [test.uff], posture="0,0", out=tmp_path / "points.csv")
