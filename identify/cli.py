@@ -343,9 +343,13 @@ def init(
 
     there = points or robot.parent / "points.csv"
     if posture is not None and not there.exists() and api.with_geometry(data):
-        placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
-        typer.echo("\n".join(sentences(placing)))
-        _say_written(files)
+        try:
+            placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
+        except InputError as error:
+            typer.echo(f"note: the geometry of the test could not be laid on the robot: {error}")
+        else:
+            typer.echo("\n".join(sentences(placing)))
+            _say_written(files)
     told = FrfFileOptions(columns=columns_of(columns), names=names)
     written = write_starter(robot, data, out, points, told, angles_of(posture, "--posture"))
     typer.echo(

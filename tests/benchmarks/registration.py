@@ -36,12 +36,15 @@ RESULTS = Path(__file__).parent / "results"
 
 @dataclass
 class Arm:
-    """Links in a row; of each its triangles (t, 3, 3) in its frame, m; origin and axis of each joint."""
+    """Links in a row; of each its triangles (t, 3, 3) in its frame, m, and the poses in it of all links that
+    are fixed to it, by name; origin and axis of each joint.
+    """
 
     file: Path
     names: list[str] = field(default_factory=list)
     joints: list[tuple[np.ndarray, np.ndarray]] = field(default_factory=list)
     solids: list[np.ndarray] = field(default_factory=list)
+    fixed: list[dict[str, np.ndarray]] = field(default_factory=list)
 
     def poses(self, angles: np.ndarray) -> list[np.ndarray]:
         """Of the links, base first."""
@@ -84,9 +87,11 @@ def read_arm(file: Path) -> Arm:
     name = next(link.get("name") for link in root.findall("link") if link.get("name") not in children)
     arm, pose, parts = Arm(file), np.eye(4), []
     ahead = [(name, np.eye(4))]
+    held: dict[str, np.ndarray] = {}
     arm.names.append(str(name))
     while ahead:
         name, pose = ahead.pop()
+        held[str(name)] = pose
         parts.append(placed(pose, solid[name]))
         leaving = [j for j in joints if j.find("parent").get("link") == name]  # type: ignore[union-attr]
         for joint in leaving:
@@ -100,7 +105,8 @@ def read_arm(file: Path) -> Arm:
                 raise ValueError(f"{file.name}: joint {joint.get('name')}")
         if not ahead:
             arm.solids.append(np.concatenate(parts))
-            parts = []
+            arm.fixed.append(held)
+            parts, held = [], {}
             if "tip" in locals() and tip is not None:
                 arm.joints.append((tip[1], tip[2]))
                 arm.names.append(str(tip[0]))
@@ -333,11 +339,12 @@ def _score(arm: Arm, nodes: Nodes, out: Path, doubted: set[int]) -> dict[str, An
     right, away, silent = [], [], []
     for n, link in enumerate(nodes.link):
         row = rows.get(n + 1)
-        same = row is not None and row["link"] == arm.names[link]
+        same = row is not None and row["link"] in arm.fixed[link]
         right.append(same)
         if row is not None and same:
             place = np.array([float(row[key]) for key in ("x_m", "y_m", "z_m")])
-            away.append(1000 * float(np.linalg.norm(place - nodes.local[n])))
+            there = placed(arm.fixed[link][row["link"]], place)
+            away.append(1000 * float(np.linalg.norm(there - nodes.local[n])))
         if row is not None and n + 1 not in doubted:
             silent.append(same)
     return {

@@ -16,6 +16,7 @@ from identify.robot.points import read_points
 from identify.setup.registration.run import Placing
 from tests.benchmarks.registration import rotation
 from tests.setup.registration.arm import COUNT, Test, simulated, widest
+from tests.setup.studies import DATA
 
 
 def _errors(test: Test, out: Path) -> tuple[float, np.ndarray]:
@@ -126,3 +127,28 @@ def test_another_number_of_angles_is_refused(tmp_path: Path) -> None:
     test = simulated(tmp_path, 1)
     with pytest.raises(InputError, match="one per joint"):
         api.points(test.arm.file, [test.uff], posture="0,0", out=tmp_path / "points.csv")
+
+
+def test_init_finds_points_from_the_geometry_beside_the_frfs(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 7, off_deg=1.0)
+    both = tmp_path / "both.uff"
+    both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
+    config, points = tmp_path / "config.yaml", tmp_path / "points.csv"
+    words = ["init", str(test.arm.file), str(both), "--out", str(config)]
+    shown = CliRunner().invoke(app, [*words, "--posture", test.posture])
+    assert shown.exit_code == 0, shown.output
+    assert _errors(test, points)[0] >= 0.95
+    assert f"posture_deg: [{test.stated[0]:.3f}" in config.read_text()
+    assert "write" not in shown.output.split("wrote")[-1], "points are there"
+
+
+def test_init_goes_on_where_the_robot_has_no_surface(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 7)
+    both = tmp_path / "both.uff"
+    both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
+    out = str(tmp_path / "config.yaml"), "--points", str(tmp_path / "points.csv")
+    words = ["init", str(DATA / "robot.urdf"), str(both), "--posture", "0,0,0,0,0,0", "--out", *out]
+    shown = CliRunner().invoke(app, words)
+    assert shown.exit_code == 0, shown.output
+    assert "no surface to lay points on" in shown.output
+    assert "identify points" in shown.output
