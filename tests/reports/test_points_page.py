@@ -150,3 +150,15 @@ def test_a_points_file_that_is_opened_is_saved_as_it_was(page: Page, file: Path,
         assert (found[node].name, found[node].link) == (point.name, "arm")
         np.testing.assert_allclose(found[node].position, point.position, atol=1e-5)
         np.testing.assert_allclose(found[node].axes, point.axes, atol=1e-4)
+
+
+def test_links_without_bodies_are_tubes_that_can_be_clicked(page: Page, tmp_path: Path) -> None:
+    urdf = Path(__file__).parents[2] / "data" / "arm_hammer_test" / "robot.urdf"
+    found = api.points(urdf, [urdf.parent / "posture1.uff"], page=tmp_path / "points.html")
+    page.console.clear()
+    page.open(tmp_path / "points.html")
+    assert page.run("nodes.map(node => node.node)") == list(found.nodes)
+    _click(page, tuple(page.run("links[3].corners[0]")))
+    assert page.run("nodes[0].position") is not None
+    assert page.run("chosen") == 1
+    assert page.console == []

@@ -100,7 +100,6 @@ function painted() {
     context.stroke();
   }
   if (DATA.overlay && $("overlay").checked) overlay(project);
-  if (!triangles.length) line(links.map(link => project(link.origin)), color("muted"), 6);
   nodes.forEach((node, i) => node.position && spot(node, i, project, eye));
   axesOf(project);
   if (mark.shown) {

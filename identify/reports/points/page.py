@@ -11,7 +11,10 @@ from markupsafe import Markup
 
 from identify.core.arrays import Array
 from identify.reports.kit.page import ASSETS, asset, json_inside
-from identify.robot.mesh import EMPTY, Mesh, simplified
+from identify.robot.description import Robot
+from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
+from identify.robot.pose import inverse, pose
+from identify.robot.posture import z_to
 from identify.setup.registration.chain import chain
 from identify.setup.registration.register import Node
 from identify.setup.registration.run import Placing
@@ -19,6 +22,8 @@ from identify.setup.registration.surface import by_link
 
 _MOST = 20_000
 """Triangles of a robot that a plain canvas turns without waiting."""
+_THICK = 0.04
+"""Radius of a plain link over the length of the robot."""
 _TENTHS = 10_000
 """Of a millimetre, which vertices are rounded to."""
 
@@ -46,8 +51,11 @@ def points_page(placing: Placing) -> str:
 def _data(placing: Placing, meshes: list[Mesh | None]) -> dict[str, Any]:
     """Links, nodes, and the geometry of the analyser."""
     found, poses = placing.registration, chain(placing.robot, _angles(placing)).poses
-    each = _MOST // max(sum(mesh is not None for mesh in meshes), 1)
-    drawn = [EMPTY if mesh is None else simplified(mesh, each) for mesh in meshes]
+    each = _MOST // len(meshes)
+    drawn = [
+        _plain(placing.robot, number) if mesh is None else simplified(mesh, each)
+        for number, mesh in enumerate(meshes)
+    ]
     links = [
         {
             "name": link.name,
@@ -60,6 +68,20 @@ def _data(placing: Placing, meshes: list[Mesh | None]) -> dict[str, Any]:
     laid = {} if found is None else {one.node: one for one in found.nodes}
     nodes = [_node(placing, number, laid.get(number)) for number in placing.nodes]
     return {"links": links, "nodes": nodes, "overlay": _overlay(placing)}
+
+
+def _plain(robot: Robot, number: int) -> Mesh:
+    """A tube from joint to joint, and a ball, in the frame of a link that looks like nothing."""
+    radius = _THICK * max(robot.stretched(), 0.1)
+    start = inverse(robot.joints[number - 1].mount)[:3, 3] if number else np.zeros(3)
+    end = robot.joints[number].origin[:3, 3] if number < len(robot.joints) else start
+    length = float(np.linalg.norm(end - start))
+    ball = sphere(1.2 * radius).placed(pose(start))
+    if length < radius:
+        return ball
+    along = z_to((end - start) / length)
+    along[:3, 3] = (start + end) / 2
+    return joined([ball, cylinder(radius, length).placed(along)])
 
 
 def _angles(placing: Placing) -> Array:
