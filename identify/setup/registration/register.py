@@ -69,9 +69,11 @@ class Registration:
 
 
 def register(task: Task, geometry: MeasuredGeometry) -> Registration:
-    """The geometry, whose positions the task has, on the robot of the task; InputError where it fits in no
-    unit of length.
+    """The geometry, whose positions the task has, on the robot of the task; InputError for fewer than three
+    nodes, and where they fit in no unit of length.
     """
+    if len(task.nodes) < 3:
+        raise InputError("geometry", f"{len(task.nodes)} nodes", "three or more, to tell how they lie")
     size = size_of(task)
     glances: list[_Candidate] = []
     for unit in units(task.nodes, size):

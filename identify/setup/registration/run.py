@@ -85,6 +85,10 @@ def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placin
     source = next((path for path in data if has_geometry(path)), None)
     if source is None:
         return replace(plain, notes=plain.shown.missing)
+    if not asked.posture_deg:
+        joints = ", ".join(joint.name for joint in robot.joints)
+        found = f"the geometry of {source.name}, and no posture"
+        raise InputError("--posture", found, f"the angles of {joints} in degrees, such as 0,30,-60,0,45,0")
     geometry = read_geometry(source, asked.length_unit, or_else="m")
     task = Task(
         robot,
@@ -135,7 +139,7 @@ def _placed(
     points = {
         one.node: Point(one.node, "", one.link, one.position, one.axes, f"node {one.node}") for one in on
     }
-    doubts = {one.node: "; ".join(_doubts(one, found, channels.get(one.node, ()))) for one in found.nodes}
+    doubts = {one.node: "; ".join(doubts_of(one, found, channels.get(one.node, ()))) for one in found.nodes}
     return replace(
         plain,
         nodes=geometry.nodes,
@@ -147,7 +151,7 @@ def _placed(
     )
 
 
-def _doubts(one: Node, found: Registration, axes: Collection[int]) -> Iterator[str]:
+def doubts_of(one: Node, found: Registration, axes: Collection[int]) -> Iterator[str]:
     """What is to be looked at of a node whose FRFs have these axes."""
     if not one.link:
         yield "on no link: it is left out"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,8 @@ from identify.api import commands as api
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.robot.points import read_points
-from identify.setup.registration.run import Placing
+from identify.setup.registration.register import Node, Registration
+from identify.setup.registration.run import Placing, doubts_of
 from tests.benchmarks.registration import rotation
 from tests.setup.registration.arm import COUNT, Test, simulated, widest
 from tests.setup.studies import DATA
@@ -121,6 +123,41 @@ def test_the_command_says_what_is_to_be_looked_at(tmp_path: Path) -> None:
     assert shown.exit_code == 0, shown.output
     assert "from its surface" in shown.output
     assert out.exists() and out.with_suffix(".html").exists()
+
+
+def test_a_geometry_without_a_posture_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    with pytest.raises(InputError, match="no posture"):
+        api.points(test.arm.file, [test.uff], out=tmp_path / "points.csv")
+
+
+def test_pairs_of_other_nodes_are_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    pairs = test.pairs(tmp_path, [0, 1, 2])
+    pairs.write_text(pairs.read_text().replace("\n2,", "\n200,"))
+    with pytest.raises(InputError, match="nodes 200"):
+        _placed(test, tmp_path, pairs=pairs)
+
+
+def test_two_nodes_do_not_tell_how_they_lie(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    test.uff.write_text("\n".join([*lines[: start + 2], "    -1"]) + "\n")
+    with pytest.raises(InputError, match="three or more"):
+        _placed(test, tmp_path)
+
+
+def test_what_is_to_be_looked_at_of_a_node() -> None:
+    one = Node(5, "arm", np.zeros(3), np.eye(3), np.array([0, 0, 1.0]), 0.05, 0.004, 0.7, "foot")
+    found = Registration((one,), np.eye(4), np.zeros(1), np.zeros(1), 1.0, 0.004, {}, 0)
+    said = list(doubts_of(one, found, {1}))
+    assert said[0] == "on arm (70 %) or on foot"
+    assert said[1] == "50 mm above the surface"
+    assert said[2] == "its only axis, X, is 90° from the normal of the surface"
+    sure = replace(one, probability=1.0, height_m=0.005)
+    assert list(doubts_of(sure, found, {3})) == list(doubts_of(sure, found, {1, 2, 3})) == []
+    assert list(doubts_of(replace(one, link=""), found, {1})) == ["on no link: it is left out"]
 
 
 def test_another_number_of_angles_is_refused(tmp_path: Path) -> None:
