@@ -338,11 +338,12 @@ def init(
     from identify.api import commands as api
     from identify.core.text import angles_of
     from identify.measured.frf_records import FrfFileOptions
+    from identify.measured.uff.geometry import has_geometry
     from identify.reports.points.said import sentences
     from identify.vibration.starter import write_starter
 
     there = points or robot.parent / "points.csv"
-    if posture is not None and not there.exists() and api.with_geometry(data):
+    if posture is not None and not there.exists() and has_geometry(data[0]):
         try:
             placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
         except InputError as error:

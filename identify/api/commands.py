@@ -377,36 +377,19 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     return Result(result, tuple(written))
 
 
-def with_geometry(data: Sequence[Path]) -> bool:
-    """Whether the first file of some says where its nodes are."""
-    from identify.measured.uff.geometry import has_geometry
-
-    return has_geometry(data[0])
-
-
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
-    from identify.core.atomic import ELSEWHERE, write_text
-    from identify.reports.points.page import points_page
-    from identify.reports.shown import working
-    from identify.robot.points import new_points_text
-    from identify.setup.registration.run import Asked, place_points
+    from identify.reports.points.write import write_points
+    from identify.setup.registration.run import Asked
 
-    page = options.page or options.out.with_suffix(".html")
-    if options.pairs is not None and options.pairs.resolve() == options.out.resolve():
-        raise InputError(str(options.out), "the pairs, which would be overwritten", "a new file", ELSEWHERE)
-    if options.out.exists() and data:
-        raise InputError(str(options.out), "the file exists", "a new file", ELSEWHERE)
-    stated = angles_of(options.posture, "--posture")
-    asked = Asked(stated, options.angle_error, options.pairs, options.pair_error, options.length_unit)
-    with working(options.quiet, "laying the geometry on the robot"):
-        placing = place_points(robot, data, asked)
-    texts = {page: points_page(placing)}
-    if placing.points:
-        texts = {options.out: new_points_text(placing.points), **texts}
-    for path, text in texts.items():
-        write_text(path, text)
-    return placing, list(texts)
+    asked = Asked(
+        angles_of(options.posture, "--posture"),
+        options.angle_error,
+        options.pairs,
+        options.pair_error,
+        options.length_unit,
+    )
+    return write_points(robot, data, asked, options.out, options.page, options.quiet)
 
 
 def _model(model: _Path | Result) -> Path:
