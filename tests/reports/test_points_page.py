@@ -10,6 +10,7 @@ import pytest
 
 from identify.api import commands as api
 from identify.robot.points import Point, new_points_text, read_points
+from identify.robot.posture import z_to
 from tests.reports.browser import Page, browser
 
 _URDF = """<robot name="two">
@@ -162,3 +163,9 @@ def test_links_without_bodies_are_tubes_that_can_be_clicked(page: Page, tmp_path
     assert page.run("nodes[0].position") is not None
     assert page.run("chosen") == 1
     assert page.console == []
+
+
+def test_what_is_remembered_of_axes_cannot_be_changed() -> None:
+    """A page that moved a remembered pose would move every robot after it."""
+    with pytest.raises(ValueError, match="read-only"):
+        z_to(np.array([0.0, 0.0, 1.0]))[:3, 3] = 1.0

@@ -79,7 +79,7 @@ def _plain(robot: Robot, number: int) -> Mesh:
     ball = sphere(1.2 * radius).placed(pose(start))
     if length < radius:
         return ball
-    along = z_to((end - start) / length)
+    along = z_to((end - start) / length).copy()
     along[:3, 3] = (start + end) / 2
     return joined([ball, cylinder(radius, length).placed(along)])
 
