@@ -27,6 +27,7 @@ from identify.api.options import (
     ModesOptions,
     Names,
     PlanCommandOptions,
+    PointsOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
@@ -330,6 +331,13 @@ def init(
     ] = None,
     columns: Columns = None,
     names: Names = None,
+    posture: Annotated[
+        str | None,
+        typer.Option(
+            help="joint angles of the first posture in degrees, 0,30,-60,0,45,0; with them, points that are"
+            " missing are found from the geometry in the data, if it is there"
+        ),
+    ] = None,
     mass_kg: Annotated[
         float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")
     ] = None,
@@ -360,20 +368,61 @@ def init(
 
     With a mass, links without a body get one of their meshes, in a URDF beside the config.
     """
+    from identify.api import commands as api
+    from identify.core.text import angles_of
     from identify.measured.frf_records import FrfFileOptions
+    from identify.measured.uff.geometry import has_geometry
+    from identify.reports.points.said import sentences
     from identify.robot.chain import Choice
     from identify.robot.mesh_body import Wanted
     from identify.vibration.starter import write_starter
     from identify.vibration.starter_robot import Told
 
+    there = points or robot.parent / "points.csv"
+    if posture is not None and data and not there.exists() and has_geometry(data[0]):
+        try:
+            placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
+        except InputError as error:
+            typer.echo(f"note: the geometry of the test could not be laid on the robot: {error}")
+        else:
+            typer.echo("\n".join(sentences(placing)))
+            _say_written(files)
     told = FrfFileOptions(columns=columns_of(columns), names=names)
     motors, held = pairs_of(motor, "--motor"), pairs_of(lock, "--lock")
     wanted = Wanted(mass_kg, base_kg, motors, inertias is Inertias.meshes)
     of_robot = Told(Choice(tip, held), words_of(argument, "--argument"), wanted)
-    written = write_starter(robot, data or [], out, points, told, of_robot)
+    angles = angles_of(posture, "--posture")
+    written = write_starter(robot, data or [], out, points, told, of_robot, angles)
     typer.echo(
         "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
     )
+
+
+@app.command()
+@takes_options
+def points(
+    robot: Annotated[
+        Path, typer.Argument(help="URDF, xacro or MJCF, or YAML with a Denavit-Hartenberg table")
+    ],
+    data: Annotated[
+        list[Path] | None,
+        typer.Argument(help="measured FRFs, or a universal file with the geometry of the test"),
+    ] = None,
+    *,
+    options: PointsOptions,
+) -> None:
+    """Find where the nodes of a test are: lay its geometry on the robot, or click on a page.
+
+    Writes points.csv from the geometry in universal files (datasets 15 or 2411), and a page to look at it and
+    to put further nodes on the surfaces of the robot.
+    """
+    from identify.api import commands as api
+    from identify.reports.points.said import sentences
+
+    placing, written = api.run_points(robot, data or [], options)
+    if not options.quiet:
+        typer.echo("\n".join(sentences(placing)))
+        _say_written(written)
 
 
 @app.command()

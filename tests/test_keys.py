@@ -175,6 +175,7 @@ NOT_VARIED = {
     "uncertainty.impacts.duration": _ELSEWHERE + "tests/vibration/costs",
     "uncertainty.flexible_links": _ELSEWHERE + "tests/model/effects/test_link_form.py",
     "modal": "MODAL below",
+    "points_": "two keys that go together: tests/vibration/test_study_points.py",
 }
 """Path, or what it begins with -> why it is not varied here."""
 

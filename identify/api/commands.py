@@ -21,6 +21,7 @@ from identify.api.options import (
     MapCommandOptions,
     ModesOptions,
     PlanCommandOptions,
+    PointsOptions,
     SimulateOptions,
     StabilityOptions,
     given,
@@ -28,10 +29,12 @@ from identify.api.options import (
 from identify.core.analyses import analysis_for, check_options, load
 from identify.core.config import family_of
 from identify.core.errors import InputError
+from identify.core.text import angles_of
 from identify.reports.outcome import Result, read_result
 
 if TYPE_CHECKING:
     from identify.export.base import Exported
+    from identify.setup.registration.run import Placing
 
 __all__ = [
     "Result",
@@ -45,6 +48,7 @@ __all__ = [
     "map_postures",
     "modes",
     "plan",
+    "points",
     "read_result",
     "run",
     "simulate",
@@ -196,6 +200,16 @@ def plan(
     return _reported(run_plan(_model(model), wanted), report)
 
 
+def points(robot: _Path, data: Sequence[_Path] = (), **options: Any) -> Placing:
+    """Where the nodes of a test are on a robot: writes a CSV of points, where the files of data have a
+    geometry, and a page to look at them and to put others; options: those of `identify points` by name, such
+    as posture="0,30,-60,0,45,0".
+    """
+    return run_points(
+        Path(robot), [Path(one) for one in data], PointsOptions(**_paths({"quiet": True, **options}))
+    )[0]
+
+
 def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
     """What a command means for a config of its kind (`identify.core.analyses`)."""
     from identify.reports.shown import working
@@ -338,7 +352,7 @@ def run_export(model: Path, options: ExportCommandOptions) -> Exported:
 
 def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Result:
     """What `identify plan` does."""
-    from identify.planning.run import PlanOptions, angles_of
+    from identify.planning.run import PlanOptions
     from identify.planning.run import run_plan as planned
     from identify.reports.shown import working
 
@@ -363,6 +377,21 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     return Result(result, tuple(written))
 
 
+def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
+    """What `identify points` does, and the files that it wrote."""
+    from identify.reports.points.write import write_points
+    from identify.setup.registration.run import Asked
+
+    asked = Asked(
+        angles_of(options.posture, "--posture"),
+        options.angle_error,
+        options.pairs,
+        options.pair_error,
+        options.length_unit,
+    )
+    return write_points(robot, data, asked, options.out, options.page, options.quiet)
+
+
 def _model(model: _Path | Result) -> Path:
     """The file of a model, or of what `fit` returned."""
     return model.path if isinstance(model, Result) else Path(model)
@@ -383,7 +412,7 @@ def _path(of: _Path | None) -> Path | None:
 
 def _paths(options: dict[str, Any]) -> dict[str, Any]:
     """Options, with those that name files as paths; `postures` is a file or a number."""
-    named = ("out", "geometry", "path", "tool", "table", "write_back")
+    named = ("out", "geometry", "path", "tool", "table", "write_back", "pairs", "page")
     return {
         name: _path(value) if name in named or (isinstance(value, str) and name == "postures") else value
         for name, value in options.items()

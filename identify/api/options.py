@@ -544,6 +544,34 @@ def given(options: Any) -> dict[str, Any]:
     }
 
 
+@dataclass(frozen=True)
+class PointsOptions:
+    """Of `identify points`."""
+
+    posture: Annotated[
+        str | None,
+        typer.Option(help="joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0"),
+    ] = None
+    pairs: Annotated[
+        Path | None,
+        typer.Option(help="CSV of points: some nodes, three if need be, whose place is roughly known"),
+    ] = None
+    pair_error: Annotated[float, typer.Option(min=0.001, help="of each coordinate of these, m")] = 0.03
+    angle_error: Annotated[
+        float, typer.Option(min=0.01, help="of each joint angle, degrees (one standard deviation)")
+    ] = 3.0
+    length_unit: Annotated[
+        str | None, typer.Option(help="of a geometry that does not say it: m, mm, cm, in, ft")
+    ] = None
+    out: Annotated[Path, typer.Option(help="CSV of points to write, where the files have a geometry")] = Path(
+        "points.csv"
+    )
+    page: Annotated[
+        Path | None, typer.Option(help="page to write; default: beside the points, with the suffix .html")
+    ] = None
+    quiet: Quiet = False
+
+
 def takes_options(command: Callable[..., None]) -> Callable[..., None]:
     """A command for typer, whose options are the fields of the last parameter, an object of options."""
     *arguments, last = inspect.signature(command, eval_str=True).parameters.values()

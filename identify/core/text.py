@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from identify.core.errors import InputError
+
 
 def listed(items: Sequence[str]) -> str:
     """`a, b and c`."""
@@ -18,3 +20,13 @@ def capital(text: str) -> str:
 def count(items: int, word: str) -> str:
     """`1 line`, `124 lines`."""
     return f"{items} {word}" if items == 1 else f"{items} {word}s"
+
+
+def angles_of(text: str | None, option: str = "--at") -> tuple[float, ...]:
+    """Angles in degrees of a text such as `0,30,-60,0,45,0`; none of None; InputError for another text."""
+    if text is None:
+        return ()
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise InputError(option, repr(text), "angles in degrees such as 0,30,-60,0,45,0") from error

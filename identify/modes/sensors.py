@@ -9,12 +9,8 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.loaders import FORMAT_OF_SUFFIX
-from identify.measured.uff.blocks import blocks
-from identify.measured.uff.geometry import read_geometry
+from identify.measured.uff.geometry import has_geometry, read_geometry
 from identify.results import tables
-
-_NODES = (15, 2411)
 
 
 def geometry_of(
@@ -26,8 +22,7 @@ def geometry_of(
     """
     if geometry is not None:
         return read_geometry(geometry, length_unit), []
-    is_universal = (form or FORMAT_OF_SUFFIX.get(data.suffix.lower())) == "uff"
-    if is_universal and any(block.number in _NODES for block in blocks(data)):
+    if has_geometry(data, form):
         try:
             return read_geometry(data, length_unit), []
         except InputError as error:

@@ -19,12 +19,12 @@ from identify.model.system import build_site, list_parameters
 from identify.planning.information import FreeModel, TestNoise
 from identify.results.discovery import fit_of
 from identify.results.fit import FrfComparison, StatedUncertainty
-from identify.robot.points import read_points
 from identify.robot.read import read_robot
 from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.given import posture_of
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.study import Study, read_study
+from identify.vibration.study_points import study_points
 
 _GROWTH_DEGREE = 3
 """Of the logarithm of the noise of a test over frequency."""
@@ -100,7 +100,8 @@ def _of_study(path: Path, noise: float | None, resolution: float | None, force_n
         raise InputError(f"{where}: band_hz", "missing", "the band of the test, such as [3, 80]")
     if study.points is None:
         raise InputError(f"{where}: points", "missing", "the points that can be hit and measured")
-    robot, points = read_robot(study.robot, path.parent), read_points(file.resolve(study.points))
+    robot = read_robot(study.robot, path.parent)
+    points = study_points(study, file.resolve(study.points), robot)
     posture = posture_of(study, study.measurements[0], robot, 0)
     effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
     with file.located():

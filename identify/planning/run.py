@@ -64,16 +64,6 @@ class PlanOptions:
     force_noise: float | None = None
 
 
-def angles_of(text: str | None) -> tuple[float, ...]:
-    """Angles in degrees of a text such as `0,30,-60,0,45,0`; none of None; InputError for another text."""
-    if text is None:
-        return ()
-    try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise InputError("--at", repr(text), "angles in degrees such as 0,30,-60,0,45,0") from error
-
-
 def run_plan(model: Path, options: PlanOptions, out: Path | None = None) -> tuple[PlanResult, list[Path]]:
     """Choose the next test of a study that was not measured yet, or of a fit or discovery; writes
     `<model>_plan.h5` (of a study, in reports/) and the study of that test, `.yaml`, beside it.

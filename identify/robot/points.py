@@ -24,6 +24,7 @@ from identify.robot.pose import pose
 
 COLUMNS = ("node", "name", "link", "x_m", "y_m", "z_m")
 ANGLES = ("rx_deg", "ry_deg", "rz_deg")
+_TURNED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -80,8 +81,8 @@ def read_points(path: Path) -> dict[int, Point]:
 
 
 def points_text(path: Path, points: Mapping[int, Point]) -> str:
-    """The text of a CSV file of points with other positions and axes of sensors, by node; all else, of what
-    has a line, as it was.
+    """The text of a CSV file of points with other links, positions and axes of sensors, by node; all else, of
+    what has a line, as it was.
     """
     lines = read_csv(path, "a CSV file of measurement points")
     header = next(cells for _, _, cells in lines if cells)
@@ -103,11 +104,26 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
     return "\n".join(written) + "\n"
 
 
+def new_points_text(points: Mapping[int, Point]) -> str:
+    """The text of a CSV file of points that has no lines yet."""
+    wide = any(np.abs(point.axes - np.eye(3)).max() > _TURNED for point in points.values())
+    lines = [joined([*COLUMNS, *(ANGLES if wide else ())])]
+    for node, point in points.items():
+        cells = [f"{x:.5f}" for x in point.position]
+        turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
+        cells += [f"{x:.3f}" for x in turn.as_euler("xyz", degrees=True)] if wide else []
+        lines.append(joined([str(node), point.name, point.link, *cells]))
+    return "\n".join(lines) + "\n"
+
+
 def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
     """The cells that say where a point is and how its sensor is turned; none where it is as told."""
     if point is None:
         return {}
-    found = {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
+    found = {"link": point.link}
+    if np.all(point.position == told.position) and np.all(point.axes == told.axes):
+        return found
+    found |= {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
     if wide and np.any(point.axes != told.axes):
         turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
         found |= {

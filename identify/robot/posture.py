@@ -136,5 +136,8 @@ def z_to(axis: Array) -> Array:
 def _z_to(x: float, y: float, z: float) -> Array:
     sine = float(np.hypot(x, y))
     if sine < 1e-12:
-        return np.eye(4) if z > 0 else turned([np.pi, 0.0, 0.0])
-    return turned(np.array([-y, x, 0.0]) / sine * np.arctan2(sine, z))
+        found = np.eye(4) if z > 0 else turned([np.pi, 0.0, 0.0])
+    else:
+        found = turned(np.array([-y, x, 0.0]) / sine * np.arctan2(sine, z))
+    found.setflags(write=False)  # it is handed out again
+    return found

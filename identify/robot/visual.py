@@ -22,8 +22,8 @@ from identify.robot.mesh_file import read_mesh
 from identify.robot.package import package_folder
 from identify.robot.urdf_elements import UrdfDocument
 
-_MOST = 1500
-"""Triangles of a whole robot."""
+MOST = 1500
+"""Triangles of a whole robot that is drawn."""
 _TOO_WIDE = 10.0
 """A body so many times as wide as the whole arm is long is in another unit."""
 
@@ -49,10 +49,10 @@ def visuals(document: UrdfDocument) -> tuple[Visual, ...]:
     return tuple(one for one in found if one.choices)
 
 
-def looks(robot: Robot) -> Looks:
-    """What the links look like, with a bounded number of triangles."""
+def looks(robot: Robot, most: int = MOST) -> Looks:
+    """What the links look like, with at most so many triangles in all."""
     found = readable(robot)
-    each = _MOST // max(len(found.meshes), 1)
+    each = most // max(len(found.meshes), 1)
     drawn = {link: simplified(mesh, each) for link, mesh in found.meshes.items()}
     missing = (f"link {link} is drawn as a line, not as its body ({fault})" for link, fault in found.faults)
     return Looks(drawn, tuple(missing))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
-from identify.core.text_input import read_csv
 from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
+from identify.robot.points import points_text, read_points
 from identify.setup.edits import Change, Edit, OnLink
 from identify.vibration.study import StudyFile
 
@@ -29,11 +28,11 @@ def write_corrected(file: StudyFile, edits: Sequence[Change], notes: Sequence[st
             Edit(edit.key, _one_line(edit.value)).put(data)
     data["name"] = f"{file.study.name}_{_WHAT}"
     texts = {study: ""}
-    links = {edit.node: edit.link for edit in edits if isinstance(edit, OnLink)}
+    links = {edit.node: edit for edit in edits if isinstance(edit, OnLink)}
     if links and file.study.points is not None:
         told = file.resolve(file.study.points)
         points = _beside(told)
-        texts[points] = _points(told, links)
+        texts[points] = _points(file, told, links)
         data["points"] = (file.study.points.parent / points.name).as_posix()
     data.yaml_set_start_comment("\n".join(("Corrected by `identify check --apply`:", *notes)))
     texts[study] = yaml_text(data)
@@ -56,19 +55,10 @@ def _one_line(value: Any) -> Any:
     return flat(value) if isinstance(value, list) and not isinstance(value[0], dict) else value
 
 
-def _points(path: Path, links: dict[int, str]) -> str:
-    """The text of a points file with some points on other links."""
-    stream = io.StringIO()
-    written = csv.writer(stream, lineterminator="\n")
-    header: list[str] = []
-    for _, _, cells in read_csv(path, "a CSV file of measurement points"):
-        if not cells:
-            continue
-        if not header:
-            header = cells
-        elif int(cells[header.index("node")]) in links:
-            at = header.index("link")
-            written.writerow([*cells[:at], links[int(cells[header.index("node")])], *cells[at + 1 :]])
-            continue
-        written.writerow(cells)
-    return stream.getvalue()
+def _points(file: StudyFile, path: Path, edits: Mapping[int, OnLink]) -> str:
+    """The text of a points file with some points on other links, in whichever frame it has them."""
+    told = read_points(path)
+    found = {node: replace(told[node], link=edit.link) for node, edit in edits.items()}
+    if file.study.points_frame == "link":
+        found |= {node: edit.point for node, edit in edits.items() if edit.point is not None}
+    return points_text(path, found)

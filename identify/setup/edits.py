@@ -7,6 +7,8 @@ from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
+from identify.robot.points import Point
+
 Key = tuple[str | int, ...]
 
 
@@ -32,10 +34,13 @@ class Edit:
 
 @dataclass(frozen=True)
 class OnLink:
-    """A point of the points file that is on another link."""
+    """A point of the points file that is on another link: with the same coordinates there, or at the same
+    place as `point` says.
+    """
 
     node: int
     link: str
+    point: Point | None = None
 
 
 Change = Edit | OnLink

@@ -72,7 +72,7 @@ class Stated:
         points = dict(self.points)
         for edit in edits:
             if isinstance(edit, OnLink):
-                points[edit.node] = replace(points[edit.node], link=edit.link)
+                points[edit.node] = edit.point or replace(points[edit.node], link=edit.link)
         return replace(self, file=self.file.model_copy(update={"study": study}), data=data, points=points)
 
     def glanced(self) -> Stated:

@@ -19,13 +19,14 @@ from identify.core.thresholds import SIGMAS_95
 from identify.model.nuisances.inertia import CHANGES
 from identify.results.fit import FitResult, StatedUncertainty
 from identify.robot.description import Link, Robot
-from identify.robot.points import Point, points_text, read_points
+from identify.robot.points import Point, new_points_text, points_text
 from identify.robot.pseudo_inertia import body_of, consistent, pseudo_inertia
 from identify.robot.read import read_robot
 from identify.robot.rewrite import with_bodies
 from identify.vibration.fitted_errors import corrected
 from identify.vibration.nuisances.nuisance import FORCE, posture_name
 from identify.vibration.study import StudyFile
+from identify.vibration.study_points import study_points
 
 _ZERO = 1e-6
 """Errors, in units of what was stated, that are none: of what the data say nothing about."""
@@ -59,7 +60,7 @@ class Corrections:
         stated, study = result.uncertainty, file.study
         assert stated is not None
         told = read_robot(study.robot, file.path.parent)
-        points = read_points(file.resolve(study.points)) if study.points else {}
+        points = study_points(study, file.resolve(study.points), told) if study.points else {}
         return cls(file, stated, told, corrected(told, stated, result.name)[0], points)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
@@ -110,7 +111,11 @@ class Corrections:
             if np.any(shift) or np.any(turn):
                 back = scipy.spatial.transform.Rotation.from_rotvec(-turn).as_matrix()
                 found[node] = replace(point, position=point.position + shift, axes=back @ point.axes)
-        return "" if path is None else points_text(self.file.resolve(path), found)
+        if path is None:
+            return ""
+        if self.file.study.points_frame == "base":
+            return new_points_text({**self.points, **found})
+        return points_text(self.file.resolve(path), found)
 
     def posture(self, told_deg: list[float]) -> list[float]:
         """Joint angles, degrees, as found."""

@@ -14,14 +14,11 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.finding import Finding, listing
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.loaders import FORMAT_OF_SUFFIX
-from identify.measured.uff.blocks import blocks
-from identify.measured.uff.geometry import read_geometry
+from identify.measured.uff.geometry import has_geometry, read_geometry
 from identify.model.geometry import sensor_geometry, standing
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Measurement, Problem
 
-_NODES = (15, 2411)
 _TURNED = np.radians(5.0)
 """More than a sensor is turned by when it is put on by hand."""
 _ELSEWHERE = 0.1
@@ -50,8 +47,7 @@ def geometry_notes(problem: Problem) -> list[str]:
 
 def _finding(problem: Problem, measurement: Measurement) -> Finding | None:
     path = problem.file.resolve(measurement.settings.source)
-    form = measurement.settings.format or FORMAT_OF_SUFFIX.get(path.suffix.lower())
-    if form != "uff" or not any(block.number in _NODES for block in blocks(path)):
+    if not has_geometry(path, measurement.settings.format):
         return None
     said = "The file has a geometry of its own (datasets 15 or 2411), which is not used: the points are."
     try:

@@ -23,10 +23,11 @@ from identify.model.geometry import visuals_of
 from identify.model.system import Factors, System, assemble, build_site, list_parameters
 from identify.results.fit import Description, FitResult
 from identify.robot.description import Robot
-from identify.robot.points import Point, read_points
+from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.fitted_errors import Off, corrected, with_errors
 from identify.vibration.study import Study
+from identify.vibration.study_points import study_points
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _described(study: Study, description: Description) -> tuple[Robot, dict[int,
         if not description.points:
             return robot, {}
         (folder / "points.csv").write_text(description.points, encoding="utf-8")
-        return robot, read_points(folder / "points.csv")
+        return robot, study_points(study, folder / "points.csv", robot)
 
 
 def _spread(result: FitResult) -> Array:

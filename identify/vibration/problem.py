@@ -24,7 +24,7 @@ from identify.model.effects.pre_trigger import PRE_TRIGGER
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
 from identify.robot.description import Robot
-from identify.robot.points import Point, check_links, read_points
+from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
@@ -36,6 +36,7 @@ from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, StudyFile
+from identify.vibration.study_points import study_points
 
 
 @dataclass(frozen=True)
@@ -158,8 +159,7 @@ def load_problem(file: StudyFile, known: Mapping[str, FrfSet] | None = None) -> 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
-    points = read_points(file.resolve(study.points)) if study.points else {}
-    check_links(points, robot)
+    points = study_points(study, file.resolve(study.points), robot) if study.points else {}
     given = _connected(file, robot, points, read_given(file, robot, known, points))
     nuisances = NOTHING
     if study.uncertainty is not None:

@@ -21,6 +21,7 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import frf_files, load_frf_set
 from identify.measured.several import is_pattern
+from identify.measured.uff.geometry import has_geometry
 from identify.robot.description import Robot
 from identify.robot.joint_angles import from_ground
 from identify.vibration.starter_robot import Told, new_robot, relative
@@ -40,7 +41,11 @@ measurements:
 {%- for line in m.lines %}
     {{ line }}
 {%- endfor %}
+{%- if loop.first and posture %}
+    posture_deg: {{ posture }}
+{%- else %}
     posture_deg: null                # FILL IN: angles of {{ joints }}, such as {{ zeros }}
+{%- endif %}
 {%- if m.key == "file" %}
 {%- if m.unknown %}
     quantity: null                   # FILL IN: receptance, mobility or accelerance; the file does not say
@@ -87,8 +92,10 @@ def write_starter(
     points: Path | None,
     options: FrfFileOptions | None = None,
     told_of_robot: Told | None = None,
+    posture: tuple[float, ...] = (),
 ) -> Starter:
-    """Write the config; options: what the user says of all files, told_of_robot: and of the robot.
+    """Write the config; options: what the user says of all files, told_of_robot: and of the robot; posture:
+    joint angles of the first measurement, degrees, if they are known.
 
     InputError for a file that exists, which is kept, and for one that cannot be read.
     """
@@ -115,6 +122,7 @@ def write_starter(
         last_link=described.links[-1].name,
         points=relative(points, folder),
         measurements=entries,
+        posture=list(posture),
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
         band=(
@@ -127,7 +135,7 @@ def write_starter(
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     write_text(out, text)
-    return Starter(out, [*_unfilled(text), *_points_to_write(points, entries), *new.said])
+    return Starter(out, [*_unfilled(text), *_points_to_write(robot, data, points, entries), *new.said])
 
 
 def _unfilled(text: str) -> list[str]:
@@ -142,15 +150,17 @@ def _unfilled(text: str) -> list[str]:
     return [*said, window] if "window_decay_per_s" in text else said
 
 
-def _points_to_write(points: Path, entries: list[_Entry]) -> list[str]:
-    """That the file of points is missing, and which nodes it has to have."""
+def _points_to_write(robot: Path, data: list[Path], points: Path, entries: list[_Entry]) -> list[str]:
+    """That the file of points is missing, which nodes it has to have, and what makes it."""
     nodes = sorted({node for entry in entries for node in entry.nodes})
     if points.exists() or not nodes:
         return []
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
     return [
         f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
-        f" the data ({some})"
+        f" the data ({some}), or let `identify points {robot} {data[0]} --posture ... --out {points}` "
+        + ("find them from the geometry of" if has_geometry(data[0]) else "show the robot, to click on for")
+        + " the test"
     ]
 
 
@@ -183,7 +193,7 @@ def _grouped(data: list[Path], options: FrfFileOptions, read: dict[Path, _Read])
     for path in data:
         own = set[tuple[Channel, Channel]]()
         if len(data) > 1 and path.is_file() and path.suffix not in YAML_SUFFIXES:
-            read[path] = _loaded([path], options)
+            read[path] = loaded([path], options)
             own = _pairs(read[path][0])
         alike = bool(groups and own and pairs[-1]) and groups[-1][0].parent == path.parent
         if alike and not own & pairs[-1]:
@@ -201,7 +211,7 @@ def _pairs(data: FrfSet) -> set[tuple[Channel, Channel]]:
     return {(data.outputs[i], data.inputs[j]) for i, j in zip(rows, columns, strict=True)}
 
 
-def _loaded(files: list[Path], options: FrfFileOptions) -> _Read:
+def loaded(files: list[Path], options: FrfFileOptions) -> _Read:
     """The FRFs of files, and whether they only do not say their quantity or unit, for which the config then
     asks.
     """
@@ -222,7 +232,7 @@ def _measurement(
     if files[0].suffix in YAML_SUFFIXES:
         return _Entry("modes", relative(files[0], folder))
     known = read.get(files[0]) if len(files) == 1 else None
-    frf_set, unknown = known or _loaded(files, options)
+    frf_set, unknown = known or loaded(files, options)
     parts = [one for path in files for one in frf_files(path)]
     size = (
         f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"

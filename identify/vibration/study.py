@@ -176,6 +176,15 @@ class Study(Settings):
     points: Path | None = Field(
         None, description="CSV of measurement points; needed for FRFs and mode shapes"
     )
+    points_frame: Literal["link", "base"] = Field(
+        "link",
+        description="frame of their positions and axes: of the `link` of each, or of the `base` at a posture",
+    )
+    points_posture_deg: list[float] | None = Field(
+        None,
+        description="with `points_frame: base`: joint angles at which they were measured, counted as"
+        " `posture_deg`",
+    )
     measurements: list[MeasurementSettings] = Field(
         min_length=1, description="what was measured, one entry per posture"
     )
@@ -240,6 +249,8 @@ class Study(Settings):
             )
         if all(measurement.use == "validate" for measurement in self.measurements):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
+        if (self.points_posture_deg is not None) != (self.points_frame == "base"):
+            raise ValueError("give both `points_frame: base` and `points_posture_deg`, or neither")
         return self
 
     @property

@@ -109,6 +109,8 @@ class WriteBack:
         data["robot"]["dh" if self.file.study.robot.urdf is None else "urdf"] = self.robot.name
         if self.points is not None:
             data["points"] = self.points.name
+            data.pop("points_frame", None)
+            data.pop("points_posture_deg", None)
         for one in data["measurements"]:
             one["posture_deg"][:] = found.posture(list(one["posture_deg"]))
         changed = [name for name, (_, changed) in found.bodies.items() if changed]

@@ -103,6 +103,11 @@ def has_shapes_alone(path: Path) -> bool:
     return bool(numbers & {55, 2414}) and 58 not in numbers
 
 
+def has_functions(path: Path) -> bool:
+    """Whether a universal file has functions (58, 58b); InputError as `blocks`."""
+    return any(block is None for block in _datasets(path))
+
+
 def _datasets(path: Path) -> Iterator[Block | None]:
     """Every dataset, None for a function."""
     cursor = Cursor(read_bytes(path, "a universal file"), str(path))

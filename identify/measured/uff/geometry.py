@@ -17,6 +17,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.measured.geometry import MeasuredGeometry
+from identify.measured.loaders import FORMAT_OF_SUFFIX
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 
@@ -24,6 +25,7 @@ System = tuple[Array, Array]
 
 _WITH_SECTION = (11, 21, 22, 23, 24)
 """Types of elements of dataset 2412 that have a line for their section and orientation."""
+_NODES = (15, 2411)
 LENGTH_M = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254, "ft": 0.3048}
 """Units of length a user can name, in m."""
 
@@ -41,17 +43,26 @@ class _Found:
     length: float | None = None
 
 
-def read_geometry(path: Path, length_unit: str | None = None) -> MeasuredGeometry:
+def has_geometry(path: Path, form: str | None = None) -> bool:
+    """Whether a file is a universal one with nodes; form: of the file, which else its suffix tells."""
+    universal = path.is_file() and (form or FORMAT_OF_SUFFIX.get(path.suffix.lower())) == "uff"
+    return universal and any(block.number in _NODES for block in blocks(path))
+
+
+def read_geometry(
+    path: Path, length_unit: str | None = None, *, or_else: str | None = None
+) -> MeasuredGeometry:
     """Nodes, channel directions and trace lines of a universal file, in m.
 
-    length_unit (m, mm, cm, in, ft) is for files without dataset 164.  InputError where there are no nodes, no
-    unit, or one too many, a system of a node that is missing or not Cartesian, or a line to a node that is
-    not there; a node is taken once.
+    length_unit (m, mm, cm, in, ft) is for files without dataset 164, or_else what those are taken to have.
+    InputError where there are no nodes, no unit, or one too many, a system of a node that is missing or not
+    Cartesian, or a line to a node that is not there; a node is taken once.
     """
     found = _found(path)
     if not found.nodes:
         raise InputError(str(path), "no nodes (dataset 15 or 2411)", "measurement points")
-    scale = _scale(str(path), found.length, length_unit)
+    given = or_else if found.length is None and length_unit is None else length_unit
+    scale = _scale(str(path), found.length, given)
     nodes = tuple(sorted(found.nodes))
     position, axes = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3, 3))
     for n, node in enumerate(nodes):

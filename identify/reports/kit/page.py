@@ -18,7 +18,7 @@ from identify.reports.kit.cells import sentence
 from identify.reports.kit.report import GAP, PAGE, Report, speaks_of_gap, visible
 from identify.results.header import Header
 
-_ASSETS = Path(__file__).parents[1] / "assets"
+ASSETS = Path(__file__).parents[1] / "assets"
 _EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "mac.js")
 """Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
 
@@ -28,7 +28,7 @@ def page(result: Header, report: Report) -> str:
     sections = [(section, visible(section.parts, PAGE)) for section in report.sections]
     shown = [(section, parts) for section, parts in sections if parts]
     own = dict.fromkeys(script for section, _ in shown for script in section.scripts)
-    loader = jinja2.FileSystemLoader(_ASSETS)
+    loader = jinja2.FileSystemLoader(ASSETS)
     environment = jinja2.Environment(
         loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
@@ -42,15 +42,16 @@ def page(result: Header, report: Report) -> str:
         sections=shown,
         sentence=sentence,
         gap=GAP if speaks_of_gap(report) else "",
-        style=_text("report.css"),
-        scripts=[*map(_text, _EARLY), Markup(_plotly()), *map(_text, (_LATE[0], *own, _LATE[1]))],
+        style=asset("report.css"),
+        scripts=[*map(asset, _EARLY), Markup(_plotly()), *map(asset, (_LATE[0], *own, _LATE[1]))],
         packed=any(one.get("frf") for one in data.get("measurements", [])),
-        data=Markup(_json(data)),
+        data=Markup(json_inside(data)),
     )
 
 
-def _text(name: str) -> Markup:
-    return Markup((_ASSETS / name).read_text("utf-8"))
+def asset(name: str) -> Markup:
+    """The text of a file of the page, as it is."""
+    return Markup((ASSETS / name).read_text("utf-8"))
 
 
 def _plotly() -> str:
@@ -69,7 +70,7 @@ def _together(parts: list[Mapping[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _json(value: dict[str, Any]) -> str:
+def json_inside(value: dict[str, Any]) -> str:
     """JSON that may stand inside a script element."""
     return json.dumps(_plain(value), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c")
 

@@ -16,12 +16,15 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.text import listed
 from identify.measured.channel import Channel
+from identify.robot.points import Point
+from identify.robot.points_frame import on_link
 from identify.setup.constants import near, nearest
 from identify.setup.edits import Edit, OnLink
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import Score
 from identify.setup.stated import Stated
 from identify.setup.view import Beside, beside
+from identify.vibration.given import posture_of
 
 _LEFT = 0.5
 """Share of a sensor's squares that is left where something is proposed."""
@@ -173,16 +176,28 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     for node in _nodes(views):
         own = _with(views, node)
         now = sum(view.apart(node, _of(view, node)) for view in own)
-        for name in names:
-            point = replace(stated.points[node], link=name)
-            if name == stated.points[node].link:
-                continue
+        for edit, point, words in _elsewhere(stated, node, names):
             left = sum(view.apart(node, view.of(point, plain)) for view in own)
             if left <= _LEFT * now:
-                sentence = f"point {node} is on {name}, not on {stated.points[node].link}"
-                hypothesis = Hypothesis("wrong-link", sentence, (OnLink(node, name),), f"sensor{node}")
-                found.append((left - now, hypothesis))
+                sentence = f"point {node} is on {edit.link}, not on {stated.points[node].link}{words}"
+                found.append((left - now, Hypothesis("wrong-link", sentence, (edit,), f"sensor{node}")))
     yield from _best(found)
+
+
+def _elsewhere(stated: Stated, node: int, names: list[str]) -> Iterator[tuple[OnLink, Point, str]]:
+    """A point on every other link: with the coordinates as they are typed there, or at the place where it is
+    at the first posture, as where a surface was taken for another's; those in the base's frame only so.
+    """
+    told = stated.points[node]
+    number = next(iter(stated.sets))
+    posture = posture_of(stated.study, stated.study.measurements[number], stated.robot, number)
+    for name in names:
+        if name == told.link:
+            continue
+        if stated.study.points_frame == "link":
+            yield OnLink(node, name), replace(told, link=name), ""
+        there = on_link(told, name, stated.robot, posture)
+        yield OnLink(node, name, there), there, ", at the place where it is"
 
 
 def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:

@@ -1,0 +1,108 @@
+"""One HTML file that loads nothing: the robot with its meshes, the nodes of a test and where they are."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import jinja2
+import numpy as np
+from markupsafe import Markup
+
+from identify.core.arrays import Array
+from identify.reports.kit.page import ASSETS, asset, json_inside
+from identify.robot.description import Robot
+from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
+from identify.robot.pose import inverse, pose
+from identify.robot.posture import z_to
+from identify.setup.registration.chain import chain
+from identify.setup.registration.register import Node
+from identify.setup.registration.run import Placing
+from identify.setup.registration.surface import by_link
+
+_MOST = 20_000
+"""Triangles of a robot that a plain canvas turns without waiting."""
+_THICK = 0.04
+"""Radius of a plain link over the length of the robot."""
+_TENTHS = 10_000
+"""Of a millimetre, which vertices are rounded to."""
+
+
+def points_page(placing: Placing) -> str:
+    """The page of nodes on a robot."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(ASSETS), autoescape=True, undefined=jinja2.StrictUndefined
+    )
+    meshes = by_link(placing.robot, placing.shown)
+    total = sum(0 if mesh is None else len(mesh.triangles) for mesh in meshes)
+    posture = ", ".join(f"{angle:.4g}" for angle in np.degrees(_angles(placing)))
+    return environment.get_template("points.html.j2").render(
+        name=placing.robot.name,
+        notes=[f"{note[:1].upper()}{note[1:]}." for note in placing.notes],
+        posture=f"{posture} degrees",
+        coarse=", simplified to some millimetres" if total > _MOST else "",
+        style=asset("report.css"),
+        own_style=asset("points.css"),
+        script=asset("points.js"),
+        data=Markup(json_inside(_data(placing, meshes))),
+    )
+
+
+def _data(placing: Placing, meshes: list[Mesh | None]) -> dict[str, Any]:
+    """Links, nodes, and the geometry of the analyser."""
+    found, poses = placing.registration, chain(placing.robot, _angles(placing)).poses
+    each = _MOST // len(meshes)
+    drawn = [
+        _plain(placing.robot, number) if mesh is None else simplified(mesh, each)
+        for number, mesh in enumerate(meshes)
+    ]
+    links = [
+        {
+            "name": link.name,
+            "pose": pose,
+            "vertices": np.round(mesh.vertices * _TENTHS).astype(int).ravel(),
+            "triangles": mesh.triangles.ravel(),
+        }
+        for link, pose, mesh in zip(placing.robot.links, poses, drawn, strict=True)
+    ]
+    laid = {} if found is None else {one.node: one for one in found.nodes}
+    nodes = [_node(placing, number, laid.get(number)) for number in placing.nodes]
+    return {"links": links, "nodes": nodes, "overlay": _overlay(placing)}
+
+
+def _plain(robot: Robot, number: int) -> Mesh:
+    """A tube from joint to joint, and a ball, in the frame of a link that looks like nothing."""
+    radius = _THICK * max(robot.stretched(), 0.1)
+    start = inverse(robot.joints[number - 1].mount)[:3, 3] if number else np.zeros(3)
+    end = robot.joints[number].origin[:3, 3] if number < len(robot.joints) else start
+    length = float(np.linalg.norm(end - start))
+    ball = sphere(1.2 * radius).placed(pose(start))
+    if length < radius:
+        return ball
+    along = z_to((end - start) / length).copy()
+    along[:3, 3] = (start + end) / 2
+    return joined([ball, cylinder(radius, length).placed(along)])
+
+
+def _angles(placing: Placing) -> Array:
+    """Those that the geometry was measured at, where it tells them."""
+    return placing.angles if placing.registration is None else placing.registration.angles
+
+
+def _node(placing: Placing, number: int, one: Node | None) -> dict[str, Any]:
+    about = (placing.doubts or {}).get(number, "")
+    if one is None or not one.link:
+        return {"node": number, "about": about}
+    place = {"position": one.position, "axes": one.axes, "normal": one.normal}
+    return {"node": number, "link": one.link, "about": about, **place}
+
+
+def _overlay(placing: Placing) -> dict[str, Any] | None:
+    """The analyser's geometry in the base's frame."""
+    geometry, found = placing.geometry, placing.registration
+    if geometry is None or found is None:
+        return None
+    places = found.unit * geometry.position_m @ found.pose[:3, :3].T + found.pose[:3, 3]
+    row = {node: n for n, node in enumerate(geometry.nodes)}
+    segments = [[row[a], row[b]] for line in geometry.lines for a, b in pairwise(line)]
+    return {"places": places, "segments": segments}

@@ -1,0 +1,32 @@
+"""The files of nodes on a robot: their points, for a study, and the page."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.errors import InputError
+from identify.reports.points.page import points_page
+from identify.reports.shown import working
+from identify.robot.points import new_points_text
+from identify.setup.registration.run import Asked, Placing, place_points
+
+
+def write_points(
+    robot: Path, data: Sequence[Path], asked: Asked, out: Path, page: Path | None, quiet: bool
+) -> tuple[Placing, list[Path]]:
+    """Where the nodes of data are on a robot, and what was written: `out`, where the data have a geometry,
+    and the page, by default beside it.  InputError for points that exist, which are kept.
+    """
+    if asked.pairs is not None and asked.pairs.resolve() == out.resolve():
+        raise InputError(str(out), "the pairs, which would be overwritten", "a new file", ELSEWHERE)
+    if out.exists() and data:
+        raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
+    with working(quiet, "laying the geometry on the robot"):
+        placing = place_points(robot, data, asked)
+    texts = {out: new_points_text(placing.points)} if placing.points else {}
+    texts[page or out.with_suffix(".html")] = points_page(placing)
+    for path, text in texts.items():
+        write_text(path, text)
+    return placing, list(texts)

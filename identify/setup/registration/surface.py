@@ -1,0 +1,163 @@
+"""The surfaces of a robot that a sensor can be glued to: small discs, each with its normal to the outside.
+
+What no eye sees from anywhere outside, at the posture, is left out: the walls of castings, the faces of
+joints. Normals point to where they are seen from, whichever way the triangles of a mesh file run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from identify.core.arrays import Array, Mask
+from identify.core.errors import InputError
+from identify.robot.description import Robot
+from identify.robot.mesh import Mesh, joined
+from identify.robot.visual import Looks
+from identify.setup.registration.chain import chain
+
+_DISCS = 40_000
+"""Of a whole robot: about 10 mm apart on an arm of 2 m."""
+_EYES = 60
+"""Directions that the robot is seen from."""
+_RADIUS = 0.8
+"""Of a disc over how far apart they are: so that together they leave no gaps."""
+_BEHIND = 2.0
+"""Distances between discs that a disc may lie behind another one and is seen beside it."""
+
+
+@dataclass(frozen=True)
+class Skin:
+    """The discs of one link in its frame: centres and normals (d, 3), m; how far apart they are; tree: of the
+    centres.
+    """
+
+    centres: Array
+    normals: Array
+    apart: float
+    tree: cKDTree
+
+    def thinned(self, times: int) -> Skin:
+        """So many times fewer discs, which are larger, for a first look."""
+        some = slice(None, None, times)
+        return Skin(
+            self.centres[some], self.normals[some], self.apart * np.sqrt(times), cKDTree(self.centres[some])
+        )
+
+    def nearest(
+        self, places: Array, height: float = 0.0, within: float = np.inf
+    ) -> tuple[Array, Array, Array]:
+        """Of places (n, 3) in the link's frame: distance (n,), m, from the nearest disc lifted by a height,
+        negative below it, infinite where none is `within`; the direction (n, 3) that it is counted in, which
+        is that of the normal where a place is above or below the disc; and the normal there.
+        """
+        bound = within + _RADIUS * self.apart + abs(height)
+        far, which = self.tree.query(places, distance_upper_bound=bound)
+        none = ~np.isfinite(far)
+        which[none] = 0
+        normal = self.normals[which]
+        away = places - self.centres[which] - height * normal
+        above = np.einsum("nc,nc->n", away, normal)
+        beside = away - above[:, None] * normal
+        aside = np.linalg.norm(beside, axis=1)
+        over = np.maximum(aside - _RADIUS * self.apart, 0.0)
+        vector = above[:, None] * normal + beside * (over / np.maximum(aside, 1e-12))[:, None]
+        distance = np.linalg.norm(vector, axis=1)
+        straight = vector / np.maximum(distance, 1e-12)[:, None]
+        out = over > 0
+        signed = np.where(out, distance, above)
+        return np.where(none, np.inf, signed), np.where(out[:, None], straight, normal), normal
+
+
+def skins(robot: Robot, shown: Looks, angles: Array) -> list[Skin | None]:
+    """The discs of every link, base first, that can be seen with the joints at `angles` (joints,), rad; None
+    of a link that looks like nothing.
+
+    InputError where no link looks like anything.
+    """
+    meshes = by_link(robot, shown)
+    if not any(meshes):
+        why = "; ".join(shown.missing) or "the robot file has no <visual> or <collision>"
+        raise InputError(robot.name, f"no surface to lay points on ({why})", "meshes that can be read")
+    area = [0.0 if mesh is None else float(_areas(mesh).sum()) for mesh in meshes]
+    apart = float(np.sqrt(sum(area) / _DISCS))
+    discs = [(np.zeros((0, 3)),) * 2 if m is None else _discs(m, apart) for m in meshes]
+    poses = chain(robot, angles).poses
+    places = [c @ pose[:3, :3].T + pose[:3, 3] for (c, _), pose in zip(discs, poses, strict=True)]
+    normals = [n @ pose[:3, :3].T for (_, n), pose in zip(discs, poses, strict=True)]
+    sides = _sides(np.concatenate(places), np.concatenate(normals), apart)
+    ends = np.cumsum([len(c) for c, _ in discs])[:-1]
+    own = zip(discs, np.split(sides, ends), strict=True)
+    return [_skin(centres, normal, side, apart) for (centres, normal), side in own]
+
+
+def by_link(robot: Robot, shown: Looks) -> list[Mesh | None]:
+    """What each link looks like with everything that is fixed to it, in its frame; None for nothing."""
+    own: dict[str, list[Mesh]] = {link.name: [] for link in robot.links}
+    for name, mesh in shown.meshes.items():
+        link, pose = robot.frames.get(name, (name, np.eye(4)))
+        if link in own:
+            own[link].append(mesh.placed(pose))
+    return [joined(meshes) if meshes else None for meshes in own.values()]
+
+
+def _skin(centres: Array, normals: Array, side: Array, apart: float) -> Skin | None:
+    seen = side != 0
+    if not seen.any():
+        return None
+    return Skin(centres[seen], normals[seen] * side[seen, None], apart, cKDTree(centres[seen]))
+
+
+def _areas(mesh: Mesh) -> Array:
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+
+
+def _discs(mesh: Mesh, apart: float) -> tuple[Array, Array]:
+    """Places all over a mesh, about so far apart, and normals there."""
+    chance, area = np.random.default_rng(0), _areas(mesh)
+    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    count = max(int(area.sum() / apart**2), 50)
+    which = np.searchsorted(np.cumsum(area) / area.sum(), (np.arange(count) + chance.random(count)) / count)
+    which = np.minimum(which, len(area) - 1)
+    root, along = np.sqrt(chance.random(count)), chance.random(count)
+    parts = np.stack([1 - root, root * (1 - along), root * along], axis=1)
+    places = np.einsum("nk,knc->nc", parts, np.stack([a[which], b[which], c[which]]))
+    normal = np.cross(b - a, c - a)[which]
+    return places, normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+
+
+def _sides(places: Array, normals: Array, apart: float) -> Array:
+    """1 or -1 where the normal of a disc points outside or inside, 0 where no eye sees it."""
+    votes, seen = np.zeros(len(places)), np.zeros(len(places), dtype=bool)
+    for eye in _eyes():
+        facing = normals @ eye
+        visible = _visible(places, eye, apart) & (np.abs(facing) > 0.2)
+        seen |= visible
+        votes[visible] += facing[visible]
+    return np.asarray(np.where(seen, np.where(votes < 0, -1.0, 1.0), 0.0))
+
+
+def _visible(places: Array, eye: Array, apart: float) -> Mask:
+    """Which places nothing hides from an eye far away: those near the front of their cell of a grid."""
+    helper = np.eye(3)[int(np.argmin(np.abs(eye)))]
+    u = np.cross(eye, helper)
+    u /= np.linalg.norm(u)
+    cells = np.floor(places @ np.stack([u, np.cross(eye, u)], axis=1) / (2 * apart)).astype(np.int64)
+    cells -= cells.min(axis=0)
+    _, cell = np.unique(cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1], return_inverse=True)
+    depth = places @ eye
+    front = np.full(cell.max() + 1, -np.inf)
+    np.maximum.at(front, cell, depth)
+    return np.asarray(depth > front[cell] - _BEHIND * apart)
+
+
+def _eyes() -> Sequence[Array]:
+    """Directions all around (Fibonacci's lattice; Gonzalez, Math. Geosci. 42 (2010) 49)."""
+    n = np.arange(_EYES)
+    z, turn = 1 - (2 * n + 1) / _EYES, n * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z**2)
+    return list(np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1))

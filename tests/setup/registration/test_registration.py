@@ -1,0 +1,191 @@
+"""Nodes of a simulated geometry come back on their links, whatever the frame, the unit and the angles."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from identify.api import commands as api
+from identify.cli import app
+from identify.core.errors import InputError
+from identify.robot.points import read_points
+from identify.setup.registration.register import Node, Registration
+from identify.setup.registration.run import Placing, doubts_of
+from tests.benchmarks.registration import rotation
+from tests.setup.registration.arm import COUNT, Test, simulated, widest
+from tests.setup.studies import DATA
+
+
+def _errors(test: Test, out: Path) -> tuple[float, np.ndarray]:
+    """Share of right links, and distances of those, m."""
+    found = read_points(out)
+    right = [
+        row
+        for row, link in enumerate(test.nodes.link)
+        if row + 1 in found and found[row + 1].link == test.arm.names[link]
+    ]
+    away = [np.linalg.norm(found[row + 1].position - test.nodes.local[row]) for row in right]
+    return len(right) / COUNT, np.array(away)
+
+
+def _placed(test: Test, folder: Path, **options: Any) -> Placing:
+    return api.points(test.arm.file, [test.uff], posture=test.posture, out=folder / "points.csv", **options)
+
+
+def test_three_rough_pairs_and_angles_three_degrees_off(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.005
+    assert any("other angles than stated" in note for note in found.notes)
+
+
+def test_angles_that_may_not_move_leave_centimetres(tmp_path: Path) -> None:
+    """Negative control: it is the free angles that bring millimetres."""
+    test = simulated(tmp_path, 1)
+    _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)), angle_error=0.01)
+    _, away = _errors(test, tmp_path / "points.csv")
+    assert np.median(away) > 0.01
+
+
+def test_the_shape_alone_suffices(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 2, off_deg=2.0)
+    _placed(test, tmp_path)
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.005
+
+
+@pytest.mark.parametrize(("unit", "said"), [("mm", "m"), ("in", "m"), ("m", "mm")])
+def test_a_wrong_unit_is_found_and_said(tmp_path: Path, unit: str, said: str) -> None:
+    test = simulated(tmp_path, 3, unit, said)
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    right, away = _errors(test, tmp_path / "points.csv")
+    assert right >= 0.95
+    assert np.median(away) < 0.006
+    assert any("times what its unit says" in note for note in found.notes)
+
+
+def test_nodes_of_something_else_are_doubted_or_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 4)
+    chance = np.random.default_rng(0)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    for number in range(start, start + COUNT):
+        lines[number] = lines[number][:40] + "".join(f"{x:13.5E}" for x in chance.uniform(-1, 1, 3))
+    test.uff.write_text("\n".join(lines) + "\n")
+    found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)), pair_error=1.0)
+    assert len(found.doubts or ()) > COUNT / 3
+
+
+def test_a_cloud_of_no_robot_size_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 4)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    for number in range(start, start + COUNT):
+        lines[number] = lines[number][:40] + "".join(f"{1e-9 * number:13.5E}" for _ in range(3))
+    test.uff.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match="in whatever unit"):
+        _placed(test, tmp_path)
+
+
+def test_axes_are_those_of_the_analyser_in_the_frame_of_the_link(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 5, off_deg=0.0)
+    _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))
+    poses = test.arm.poses(np.radians(test.stated))
+    frame = rotation(np.array([0.2, -0.3, 1.0]), 2.0)
+    for node, point in read_points(tmp_path / "points.csv").items():
+        number = test.arm.names.index(point.link)
+        expected = frame @ poses[number][:3, :3]
+        angle = np.degrees(np.arccos((np.trace(point.axes @ expected.T) - 1) / 2))
+        assert angle < 4.0, node
+
+
+def test_an_existing_file_is_kept(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    (tmp_path / "points.csv").write_text("mine")
+    with pytest.raises(InputError, match="the file exists"):
+        _placed(test, tmp_path)
+    assert (tmp_path / "points.csv").read_text() == "mine"
+
+
+def test_the_command_says_what_is_to_be_looked_at(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 6)
+    pairs, out = test.pairs(tmp_path, widest(test.nodes)), tmp_path / "points.csv"
+    words = ["points", str(test.arm.file), str(test.uff), "--posture", test.posture]
+    shown = CliRunner().invoke(app, [*words, "--pairs", str(pairs), "--out", str(out)])
+    assert shown.exit_code == 0, shown.output
+    assert "from its surface" in shown.output
+    assert out.exists() and out.with_suffix(".html").exists()
+
+
+def test_a_geometry_without_a_posture_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    with pytest.raises(InputError, match="no posture"):
+        api.points(test.arm.file, [test.uff], out=tmp_path / "points.csv")
+
+
+def test_pairs_of_other_nodes_are_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    pairs = test.pairs(tmp_path, [0, 1, 2])
+    pairs.write_text(pairs.read_text().replace("\n2,", "\n200,"))
+    with pytest.raises(InputError, match="nodes 200"):
+        _placed(test, tmp_path, pairs=pairs)
+
+
+def test_two_nodes_do_not_tell_how_they_lie(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    lines = test.uff.read_text().splitlines()
+    start = lines.index("    15") + 1
+    test.uff.write_text("\n".join([*lines[: start + 2], "    -1"]) + "\n")
+    with pytest.raises(InputError, match="three or more"):
+        _placed(test, tmp_path)
+
+
+def test_what_is_to_be_looked_at_of_a_node() -> None:
+    one = Node(5, "arm", np.zeros(3), np.eye(3), np.array([0, 0, 1.0]), 0.05, 0.004, 0.7, "foot")
+    found = Registration((one,), np.eye(4), np.zeros(1), np.zeros(1), 1.0, 0.004, {}, 0)
+    said = list(doubts_of(one, found, {1}))
+    assert said[0] == "on arm (70 %) or on foot"
+    assert said[1] == "50 mm above the surface"
+    assert said[2] == "its only axis, X, is 90° from the normal of the surface"
+    sure = replace(one, probability=1.0, height_m=0.005)
+    assert list(doubts_of(sure, found, {3})) == list(doubts_of(sure, found, {1, 2, 3})) == []
+    assert list(doubts_of(replace(one, link=""), found, {1})) == ["on no link: it is left out"]
+
+
+def test_another_number_of_angles_is_refused(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 1)
+    with pytest.raises(InputError, match="one per joint"):
+        api.points(test.arm.file, [test.uff], posture="0,0", out=tmp_path / "points.csv")
+
+
+def test_init_finds_points_from_the_geometry_beside_the_frfs(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 7, off_deg=1.0)
+    both = tmp_path / "both.uff"
+    both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
+    config, points = tmp_path / "config.yaml", tmp_path / "points.csv"
+    words = ["init", str(test.arm.file), str(both), "--out", str(config)]
+    shown = CliRunner().invoke(app, [*words, "--posture", test.posture])
+    assert shown.exit_code == 0, shown.output
+    assert _errors(test, points)[0] >= 0.95
+    assert f"posture_deg: [{test.stated[0]:.3f}" in config.read_text()
+    assert "write" not in shown.output.split("wrote")[-1], "points are there"
+
+
+def test_init_goes_on_where_the_robot_has_no_surface(tmp_path: Path) -> None:
+    test = simulated(tmp_path, 7)
+    both = tmp_path / "both.uff"
+    both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
+    out = str(tmp_path / "config.yaml"), "--points", str(tmp_path / "points.csv")
+    words = ["init", str(DATA / "robot.urdf"), str(both), "--posture", "0,0,0,0,0,0", "--out", *out]
+    shown = CliRunner().invoke(app, words)
+    assert shown.exit_code == 0, shown.output
+    assert "no surface to lay points on" in shown.output
+    assert "identify points" in shown.output
