@@ -92,19 +92,10 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     powers = [wave**2 for wave in waves]
     octaves = 2 ** np.arange(_FIRST, max(int(np.log2(len(before))) + 1, _FIRST + 1))
     edges = [0, *octaves[octaves < len(before)].tolist(), len(before)]
-    floor = 1e-12 * float(powers[0].sum())
-    gains = (
-        [
-            (last - first)
-            / 2
-            * np.log(
-                (float(powers[0][first:last].sum()) + floor) / (float(powers[1][first:last].sum()) + floor)
-            )
-            for first, last in pairwise(edges)
-        ]
-        if floor > 0
-        else [0.0] * (len(edges) - 1)
-    )
+    counts = np.diff(edges)
+    old, new = (np.add.reduceat(power, edges[:-1]) for power in powers)
+    floor = max(1e-12 * float(old.sum()), 1e-300)
+    gains = (_beyond_leakage(old, counts) * counts / 2 * np.log((old + floor) / (new + floor))).tolist()
     ends = len(gains)
     runs = {(0, ends): sum(gains)}
     for split in range(1, ends):
@@ -118,13 +109,31 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     return float(max(runs.values()) * used.mean() - np.log(len(runs))), fall
 
 
+def _beyond_leakage(powers: Array, counts: Array) -> Mask:
+    """Which octaves, of so many lines each, hold more than the cosine transform of a record of finite length
+    may spread upwards out of lower ones: past a kink, as at its ends, by the fourth power of frequency.
+
+    A sensor behind a filter leaves nothing in the upper octaves, which have most of the samples: what is
+    found there is this, and says no more than the octaves that it comes from.
+    """
+    level, found = 0.0, np.ones(len(powers), dtype=bool)
+    for octave, density in enumerate(powers / counts):
+        found[octave] = density >= level
+        level = max(level, density) / 16
+    return found
+
+
 def _bridged(residual: Array, used: Mask) -> Array:
     samples = np.arange(len(residual))
     return np.interp(samples, samples[used], residual[used])
 
 
 def covariance(
-    jacobian: Array, residual: Array, used: Mask, expected: Array | None = None
+    jacobian: Array,
+    residual: Array,
+    used: Mask,
+    expected: Array | None = None,
+    instruments: Array | None = None,
 ) -> tuple[Array, float]:
     """Covariance (p, p) of least-squares values whose residuals are correlated in time, and its degrees of
     freedom.
@@ -132,14 +141,15 @@ def covariance(
     jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a
     window of eight correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and
     Vogelsang 2005, in its simplest form).  expected (p,): one over the standard deviation that values have
-    before the data speak; what they were expected to be has erred by as much.
+    before the data speak; what they were expected to be has erred by as much.  instruments (samples, joints, p), weighted: what
+    residuals were made orthogonal to, where that is not the jacobian (White 1982).
     """
-    scores = np.einsum("naj,na->nj", np.where(used[:, :, None], jacobian, 0.0), np.where(used, residual, 0.0))
-    flat = jacobian[used]
-    scale = np.sqrt((flat**2).sum(axis=0))
-    scale[scale == 0] = 1.0
+    probes = jacobian if instruments is None else instruments
+    scores = np.einsum("naj,na->nj", np.where(used[:, :, None], probes, 0.0), np.where(used, residual, 0.0))
+    flat, probed = jacobian[used], probes[used]
+    scale, own = (np.where((size := np.sqrt((of**2).sum(axis=0))) > 0, size, 1.0) for of in (flat, probed))
     prior = np.zeros(len(scale)) if expected is None else expected / scale
-    bread = np.linalg.pinv((flat / scale).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
+    bread = np.linalg.pinv((probed / own).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
     spans = [
         correlation_time(residual[:, joint], used[:, joint])
         for joint in range(residual.shape[1])
@@ -147,14 +157,14 @@ def covariance(
     ]
     window = int(np.clip(np.ceil(8 * max(spans, default=1.0)), 1, max(1, len(scores) // 6)))
     padded = np.concatenate(
-        [np.zeros((window, scores.shape[1])), scores / scale, np.zeros((window - 1, scores.shape[1]))]
+        [np.zeros((window, scores.shape[1])), scores / own, np.zeros((window - 1, scores.shape[1]))]
     )
     sums = np.cumsum(padded, axis=0)
     windows = sums[window:] - sums[:-window]
     meat = windows.T @ windows / window + np.diag(prior**2)
     samples = float(used.any(axis=1).sum())
     freedom = max(3.0, samples / window)
-    return bread @ meat @ bread / np.outer(scale, scale), freedom
+    return bread @ meat @ bread.T / np.outer(scale, scale), freedom
 
 
 def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:

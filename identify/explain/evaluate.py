@@ -107,14 +107,24 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     infinite where nothing determines them.
 
     A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
+    Least squares that believe the columns, and those that believe their instruments, are the two ends between
+    which the truth lies where either has errors (Frisch 1934), so an interval reaches as far beyond as they
+    differ.
     """
-    columns = jacobian(problem, fit) * fit.weights[None, :, None]
-    matrix, freedom = covariance(
-        columns, fit.residual(problem) * fit.weights, problem.mask, parameter_prior(problem, fit)
+    columns, probes = (
+        jacobian(problem, fit, probes=which) * fit.weights[None, :, None] for which in (False, True)
     )
-    values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
+    left, prior = fit.residual(problem) * fit.weights, parameter_prior(problem, fit)
+    matrix, freedom = covariance(columns, left, problem.mask, prior, probes)
+    values = _values(fit)
+    plain = _values(solve(problem, fit.effects, fit.nonlinear, fit.weights, plain=True))
+    apart = 0.0 if np.array_equal(columns, probes) else np.abs(values - plain)
     half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[: len(values)]
-    return values, np.where(half > 0, half, np.inf)
+    return values, np.where(half > 0, half + apart, np.inf)
+
+
+def _values(fit: Fit) -> Array:
+    return np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
 
 
 def _value_table(fitted: RegressionProblem, judge: RegressionProblem, found: Explanation) -> ValueTable:
@@ -153,9 +163,8 @@ def _bound_table(
     for effect in effects:
         if effect.name in there or len(effect.coefficients) > 1 or effect.parameters(fitted.scene):
             continue
-        added = solve(
-            fitted, [*found.fit.effects, effect], [*found.fit.nonlinear, np.zeros(0)], found.fit.weights
-        )
+        nonlinear = [*found.fit.nonlinear, np.zeros(0)]
+        added = solve(fitted, [*found.fit.effects, effect], nonlinear, found.fit.weights)
         values, half = intervals(fitted, added)
         rows.append(
             (

@@ -13,12 +13,12 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
+from identify.explain.load_side import load_side
 from identify.explain.recorded_motion import (
     AS_STATED,
     RecordedMotion,
     StatedUncertainty,
     of_drives,
-    of_joints,
     through_gears,
 )
 from identify.explain.regression import Fit, RegressionProblem
@@ -50,8 +50,11 @@ class Known:
     """How far each drive turns with each joint (drives, joints), where not each with its own alone."""
 
 
-def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
-    """A motion with the torques that its rigid links need; InputError where a joint was not recorded."""
+def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = None) -> RecordedMotion:
+    """A motion with the torques that its rigid links need; InputError where a joint was not recorded.
+
+    latency (joints,), s: how much later link-side positions were read than the motors'.
+    """
     for what, values in (("motor_position", motion.position), ("motor speed", motion.velocity)):
         if not np.isfinite(values).all():
             joint = int(np.argmin(np.isfinite(values).all(axis=0))) + 1
@@ -59,7 +62,8 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
             raise InputError(
                 f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix
             )
-    arm = RigidArm(known.robot, motion.position, motion.velocity, motion.acceleration)
+    links = load_side(motion, latency)
+    arm = RigidArm(known.robot, links.position, links.velocity, links.acceleration)
     return RecordedMotion(
         time_s=motion.time_s,
         position=of_drives(motion.position, known.coupling),
@@ -78,6 +82,7 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
         payload=known.payload,
         starts=motion.starts,
         names=motion.names or (motion.name,),
+        links=None if motion.link_position is None else links,
     )
 
 
@@ -160,10 +165,9 @@ def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     Acceleration goes with torque, so that it would look like stiffness.
     """
     target, scene = problem.target.copy(), problem.scene
-    acceleration = of_joints(scene.acceleration, scene.coupling)
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
-            bent = acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+            bent = scene.link_acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
             target += scene.of_joint(effect.axis, bent)[:, :, 0]
     return replace(problem, target=target, searched={})
 

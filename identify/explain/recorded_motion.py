@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.explain.load_side import LoadSide
 from identify.robot.inverse_dynamics import RigidArm
 
 
@@ -89,6 +90,8 @@ class RecordedMotion:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
+    links: LoadSide | None = None
+    """Motion of the links, where it was recorded."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -128,6 +131,32 @@ class RecordedMotion:
     def joint_velocity(self) -> Array:
         """Speeds of the joints (samples, joints), rad/s."""
         return of_joints(self.velocity, self.coupling)
+
+    @property
+    def link_velocity(self) -> Array:
+        """Speeds of the links (samples, joints), rad/s: those of the joints where no others are known."""
+        return self.joint_velocity if self.links is None else self.links.velocity
+
+    @property
+    def link_acceleration(self) -> Array:
+        """Accelerations of the links (samples, joints), rad/s^2."""
+        if self.links is not None:
+            return self.links.acceleration
+        return of_joints(self.acceleration, self.coupling)
+
+    @cached_property
+    def deflection(self) -> Array | None:
+        """How far each gear is bent (samples, joints), rad, slow part alone; None where it was not
+        recorded.
+        """
+        return None if self.links is None else of_drives(self.links.deflection, self.coupling)
+
+    @cached_property
+    def deflection_rate(self) -> Array:
+        """How fast each gear is bent (samples, joints), rad/s; zero where it was not recorded."""
+        if self.links is None:
+            return np.zeros_like(self.velocity)
+        return self.velocity - of_drives(self.links.velocity, self.coupling)
 
     def direction(self, axis: int) -> Array:
         """Direction of travel (samples,), -1 to 1, smooth where the joint hardly moves."""

@@ -58,6 +58,7 @@ _ROUNDS = 4
 """How often loads are taken anew: an error of theirs is a small share of them, and falls by that share each
 time.
 """
+_FIRST = ("sensor-latency", "joint-compliance", "damped-compliance")
 Records = dict[Use, list[MotionRecord]]
 _PREPARE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], RegressionProblem]] = {
     "deflection": deflection_problem,
@@ -264,7 +265,7 @@ def explained(
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     story, tools = story or Story(), _Tools(Memory() if memory is None else memory, workers)
-    scenes = [scene_of(motion, known) for motion in motions.all]
+    scenes = _scenes(motions, known, study, story, tools)
     tried = candidates("torque", scenes[0], study.effects)
     torque = motions.problems(torque_problem, scenes, known)
     torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
@@ -275,6 +276,27 @@ def explained(
             problems = motions.problems(prepare, torque.scenes, known)
             done[target] = _explained(target, problems, study, _of(story, target), tools)
     return done
+
+
+def _scenes(
+    motions: _Recorded, known: Known, study: ExplainStudy, story: Story, tools: _Tools
+) -> list[RecordedMotion]:
+    """All motions; links where they were when the motors were read.
+
+    A link-side position that is read late makes accelerations of the links late, so latencies are looked for
+    before anything else, beside springs, which look alike where little moves.
+    """
+    scenes = [scene_of(motion, known) for motion in motions.all]
+    if not all(_recorded(motion, "deflection") for motion in motions.all):
+        return scenes
+    late = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
+    problems = motions.problems(deflection_problem, scenes, known)
+    fit, _ = grow(tools.bench(problems, late, "latency"), _of(story, "latency"))
+    latency = np.zeros(len(known.gear_ratio))
+    for effect in fit.effects:
+        if effect.kind == "sensor-latency":
+            latency[effect.axis - 1] = fit.of(effect)[0]
+    return [scene_of(motion, known, latency) for motion in motions.all] if latency.any() else scenes
 
 
 def _torque_explained(
