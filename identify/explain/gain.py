@@ -82,10 +82,11 @@ def _of_springs(
 
 
 def _spring(problem: RegressionProblem, fit: Fit, axis: int) -> float | None:
-    """The compliance that a fit has at a joint."""
+    """The compliance that a fit has at a joint, of one that hardens a mean one."""
     for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
         if effect.axis == axis and effect.instruments(problem.scene, parameters) is not None:
-            return abs(float(fit.of(effect)[0])) or None
+            bent = problem.columns_where(effect, parameters).values[:, 0, 0] * fit.of(effect)[0]
+            return float(np.sqrt((bent**2).sum() / (problem.scene.load[:, axis - 1] ** 2).sum())) or None
     return None
 
 

@@ -48,6 +48,8 @@ class Known:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint (drives, joints), where not each with its own alone."""
+    by_links: bool = True
+    """Whether links move as they were recorded, where they were; else as their motors."""
 
 
 def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = None) -> RecordedMotion:
@@ -62,7 +64,8 @@ def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = No
             raise InputError(
                 f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix
             )
-    links = load_side(motion, latency)
+    recorded = known.by_links and motion.link_position is not None
+    links = load_side(motion if recorded else replace(motion, link_position=None), latency)
     arm = RigidArm(known.robot, links.position, links.velocity, links.acceleration)
     return RecordedMotion(
         time_s=motion.time_s,
@@ -82,7 +85,7 @@ def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = No
         payload=known.payload,
         starts=motion.starts,
         names=motion.names or (motion.name,),
-        links=None if motion.link_position is None else links,
+        links=links if recorded else None,
     )
 
 

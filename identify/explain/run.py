@@ -40,7 +40,7 @@ from identify.explain.study import (
     Use,
     read_explain_study,
 )
-from identify.explain.workbench import RecordWorkbench
+from identify.explain.workbench import RecordWorkbench, rms
 from identify.fitting.memory import Memory
 from identify.fitting.processes import Processes, several
 from identify.fitting.resume import resumable, run_key
@@ -281,22 +281,43 @@ def explained(
 def _scenes(
     motions: _Recorded, known: Known, study: ExplainStudy, story: Story, tools: _Tools
 ) -> list[RecordedMotion]:
-    """All motions; links where they were when the motors were read.
+    """All motions, with what the links behind the gears need for the motion of the links or of the motors:
+    whichever springs and latencies leave less of the deflection for.
 
-    A link-side position that is read late makes accelerations of the links late, so latencies are looked for
-    before anything else, beside springs, which look alike where little moves.
+    Near a resonance and above it only the links' will do.  Far below it both are the same motion, and what
+    is wrong with a link-side position (backlash, errors of its scale) would be taken for acceleration.
     """
-    scenes = [scene_of(motion, known) for motion in motions.all]
+    of_motors = [scene_of(motion, replace(known, by_links=False)) for motion in motions.all]
     if not all(_recorded(motion, "deflection") for motion in motions.all):
-        return scenes
-    late = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
+        return of_motors
+    latency, left = _springs_alone(motions, of_motors, known, study, story, tools)
+    of_links = [scene_of(motion, known) for motion in motions.all]
+    latency, other = _springs_alone(motions, of_links, known, study, story, tools)
+    if other >= left:
+        return of_motors
+    return [scene_of(motion, known, latency) for motion in motions.all] if latency.any() else of_links
+
+
+def _springs_alone(
+    motions: _Recorded,
+    scenes: Sequence[RecordedMotion],
+    known: Known,
+    study: ExplainStudy,
+    story: Story,
+    tools: _Tools,
+) -> tuple[Array, float]:
+    """Latencies of link-side positions (joints,), s, that are found beside springs alone, and the mean ln of
+    the RMS that both leave of the deflections that judge.
+    """
+    side = "motors" if scenes[0].links is None else "links"
+    tried = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
     problems = motions.problems(deflection_problem, scenes, known)
-    fit, _ = grow(tools.bench(problems, late, "latency"), _of(story, "latency"))
+    fit, _ = grow(tools.bench(problems, tried, f"{side}, springs"), _of(story, f"load by the {side}"))
     latency = np.zeros(len(known.gear_ratio))
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
             latency[effect.axis - 1] = fit.of(effect)[0]
-    return [scene_of(motion, known, latency) for motion in motions.all] if latency.any() else scenes
+    return latency, float(np.log(np.maximum(rms(problems.judge, fit), 1e-300)).mean())
 
 
 def _torque_explained(
