@@ -18,6 +18,17 @@ from identify.core.arrays import Array, Mask
 _BLOCKS, _DRAWS = 20, 2000
 _SLOWEST = 0.1
 """Share of the samples, those at least speed, by which noise is told from waves over an angle."""
+_STRIDES = 8
+"""Steps that are tried, up to 128 samples."""
+_ROUNDING = 1e-12
+"""Share of a signal below which a difference is rounding."""
+_PART = 0.5
+"""Part of a signal's own size from which on third differences over several samples are those of the signal.
+"""
+_GROWS, _FLAT = 2.0, 0.5
+"""Powers of the step by which third differences grow: at the least of a signal that is smooth where they are
+looked at, and at the most of noise.
+"""
 
 _FIRST = 2
 """Octaves begin at this power of two of half waves in the record."""
@@ -169,17 +180,42 @@ def covariance(
 
 def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
-    third differences (MAD).
+    third differences (MAD); NaN where noise is not told from the signal.
+
+    Behind a filter, or between two counts of an encoder, hardly anything changes from one sample to the next:
+    third differences over every second, fourth, ... sample then grow until they are those of independent
+    samples, where they stay until the signal itself passes so fast.  So the noise is that of the step from
+    which they grow least; of a smooth signal alone they grow by the third power of the step.
 
     speed (samples,): of the joint; only the slowest tenth of the samples is then looked at, because waves
     over an angle pass from sample to sample as fast as the joint moves, and a fast record would look noisier
     than a slow one of the same robot.
     """
-    third = np.diff(signal, 3)
-    good = used[:-3] & used[1:-2] & used[2:-1] & used[3:]
+    steps = 2 ** np.arange(_STRIDES)
+    levels = [_third(signal, used, speed, int(step)) for step in steps if 3 * step < len(signal)]
+    known = np.array([level for level in levels if np.isfinite(level)])
+    if len(known) < 2:
+        return float(known[0]) if len(known) else float("nan")
+    rounding, most = _ROUNDING * float(np.abs(signal[used]).max()), _PART * float(signal[used].std())
+    grown = np.log2(np.maximum(known[1:], 1e-300) / np.maximum(known[:-1], 1e-300))
+    grown = np.where(
+        (known[:-1] > rounding) & ((known[:-1] < most) | (steps[: len(grown)] == 1)), grown, np.inf
+    )
+    if grown.min() > _GROWS:
+        return float("nan")
+    return float(known[np.argmax(grown <= _FLAT) if (grown <= _FLAT).any() else grown.argmin()])
+
+
+def _third(signal: Array, used: Mask, speed: Array | None, step: int) -> float:
+    """Size of third differences over so many samples, as of one sample of white noise."""
+    rows = [slice(n * step, len(signal) - (3 - n) * step) for n in range(4)]
+    signs = (-1.0, 3.0, -3.0, 1.0)
+    third = sum(sign * signal[row] for sign, row in zip(signs, rows, strict=True))
+    good = used[rows[0]] & used[rows[1]] & used[rows[2]] & used[rows[3]]
     if not good.any():
         return float("nan")
     if speed is not None:
-        fastest = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 4).max(axis=1)
-        good &= fastest <= np.quantile(fastest[good], _SLOWEST)
-    return float(np.median(np.abs(third[good])) / 0.6745 / np.sqrt(20.0))
+        windows = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 3 * step + 1)
+        fastest = windows.max(axis=1)
+        good = good & (fastest <= np.quantile(fastest[good], _SLOWEST))
+    return float(np.median(np.abs(np.asarray(third)[good])) / 0.6745 / np.sqrt(20.0))

@@ -7,15 +7,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from identify.core.arrays import Array
-from identify.core.correlated import covariance, white_level
+from identify.core.correlated import white_level
 from identify.explain.cross_check import cross_check
 from identify.explain.effects.base import MotionEffect, Target
+from identify.explain.intervals import intervals
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, parameter_prior, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, solve
 from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
 from identify.results.explain import (
@@ -100,31 +100,6 @@ def _effect_table(found: Explanation) -> EffectTable:
         rivals=tuple(", ".join(found.rivals[n]) for n in order),
         reading=tuple(effect.reading(found.fit.of(effect)) for effect in effects),
     )
-
-
-def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
-    """Values of all effects, coefficients then nonlinear parameters of each, and half their 95 % intervals;
-    infinite where nothing determines them.
-
-    A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
-    Least squares that believe the columns, and those that believe their instruments, are the two ends between
-    which the truth lies where either has errors (Frisch 1934), so an interval reaches as far beyond as they
-    differ.
-    """
-    columns, probes = (
-        jacobian(problem, fit, probes=which) * fit.weights[None, :, None] for which in (False, True)
-    )
-    left, prior = fit.residual(problem) * fit.weights, parameter_prior(problem, fit)
-    matrix, freedom = covariance(columns, left, problem.mask, prior, probes)
-    values = _values(fit)
-    plain = _values(solve(problem, fit.effects, fit.nonlinear, fit.weights, plain=True))
-    apart = 0.0 if np.array_equal(columns, probes) else np.abs(values - plain)
-    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[: len(values)]
-    return values, np.where(half > 0, half + apart, np.inf)
-
-
-def _values(fit: Fit) -> Array:
-    return np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
 
 
 def _value_table(fitted: RegressionProblem, judge: RegressionProblem, found: Explanation) -> ValueTable:

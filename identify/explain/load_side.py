@@ -45,7 +45,8 @@ def load_side(motion: ConditionedMotion, latency: Array | None = None) -> LoadSi
     for start, end in _records(motion):
         here = slice(start, end)
         position[here] += bent[here][motion.inside[here]].mean(axis=0)
-        bent[here] = slow_part(motion.position[here] - position[here], motion.lowpass_hz, motion.sample_rate_hz)
+        apart = motion.position[here] - position[here]
+        bent[here] = slow_part(apart, motion.lowpass_hz, motion.sample_rate_hz)
     return LoadSide(
         np.where(known, position, motion.position),
         np.where(known, velocity, motion.velocity),

@@ -85,6 +85,7 @@ def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = No
         payload=known.payload,
         starts=motion.starts,
         names=motion.names or (motion.name,),
+        stated_rotors=known.rotor_inertia,
         links=links if recorded else None,
     )
 

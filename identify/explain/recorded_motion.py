@@ -90,6 +90,8 @@ class RecordedMotion:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
+    stated_rotors: Array | None = None
+    """Inertias of the rotors (joints,), kg m^2, as far as they are known."""
     links: LoadSide | None = None
     """Motion of the links, where it was recorded."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
@@ -131,6 +133,11 @@ class RecordedMotion:
     def joint_velocity(self) -> Array:
         """Speeds of the joints (samples, joints), rad/s."""
         return of_joints(self.velocity, self.coupling)
+
+    @property
+    def rotor_inertia(self) -> Array:
+        """Inertias of the rotors (joints,), kg m^2, zero where nothing is stated."""
+        return np.zeros(len(self.gear_ratio)) if self.stated_rotors is None else self.stated_rotors
 
     @property
     def link_velocity(self) -> Array:

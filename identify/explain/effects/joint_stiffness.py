@@ -1,9 +1,9 @@
-"""The gear as a spring: compliance, with a damper beside it (torque = k d + c d'), or one that falls with load
-(Nagoya Eq. 8: torque = k1 d + k3 d^3).
+"""The gear as a spring: compliance, with a damper beside it (torque = k d + c d'), or one that falls with
+load (Nagoya Eq. 8: torque = k1 d + k3 d^3).
 
-The torque is that of the links' accelerations, which are differentiated twice; a deflection is a difference
-of two positions as they were recorded.  So the errors are those of the torque, and what is left is made
-orthogonal to the deflection: the stiffness is that of torque = k d by least squares, which noise of the
+Where the torque is that of the links' accelerations, these are differentiated twice; a deflection is a
+difference of two positions as they were recorded.  So the errors are those of the torque, and what is left is
+made orthogonal to the deflection: the stiffness is that of torque = k d by least squares, which noise of the
 accelerations does not make larger, whatever `lowpass_hz` lets through of it.
 """
 

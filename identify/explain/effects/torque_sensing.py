@@ -44,6 +44,10 @@ class TorqueConstant(MotionEffect):
         """What this instance is."""
         return f"torque constant of motor {self.axis} off by a share"
 
+    def possible(self, values: Array) -> bool:
+        """A motor that pushes the way it is told to."""
+        return bool(values[0] > -1)
+
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """The load at the motor."""
         return scene.on(self.axis, scene.load[:, self.axis - 1] / scene.gear_ratio[self.axis - 1])
