@@ -22,10 +22,10 @@ _STRIDES = 8
 """Steps that are tried, up to 128 samples."""
 _ROUNDING = 1e-12
 """Share of a signal below which a difference is rounding."""
-_PART = 0.5
+_PART = 0.03
 """Part of a signal's own size from which on third differences over several samples are those of the signal.
 """
-_GROWS, _FLAT = 2.0, 0.5
+_GROWS, _FLAT = 2.0, 1.0
 """Powers of the step by which third differences grow: at the least of a signal that is smooth where they are
 looked at, and at the most of noise.
 """

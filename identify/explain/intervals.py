@@ -34,7 +34,8 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
 
 
 def told_from_nothing(problem: RegressionProblem, fit: Fit) -> dict[MotionEffect, bool]:
-    """Whether the 95 % region of an effect's coefficients leaves out zero (Wald).
+    """Whether the 95 % region of an effect's coefficients leaves out zero (Wald); of a wave, whichever its
+    phase: over a small part of it a wave is a straight line and a parabola, of which only one may be there.
 
     Not asked of effects with parameters inside their columns, about which this region is no ellipsoid.
     """
@@ -45,6 +46,10 @@ def told_from_nothing(problem: RegressionProblem, fit: Fit) -> dict[MotionEffect
         own = slice(first, first + count)
         values = fit.of(effect)[:count]
         size = float(values @ np.linalg.pinv(matrix[own, own], hermitian=True) @ values) / count
+        if effect.harmonic:
+            size = (
+                float(values @ values) / count / max(float(np.linalg.eigvalsh(matrix[own, own])[-1]), 1e-300)
+            )
         least = float(scipy.special.fdtri(count, freedom, _SURE))
         found[effect] = bool(len(parameters)) or size > least
         first += count + len(parameters)

@@ -165,6 +165,10 @@ class RecordedMotion:
             return np.zeros_like(self.velocity)
         return self.velocity - of_drives(self.links.velocity, self.coupling)
 
+    def waves_travelled(self, axis: int, order: float) -> float:
+        """How many of so many waves per turn of a joint it passes between its ends."""
+        return float(np.ptp(self.position[:, axis - 1])) * order / (2 * np.pi)
+
     def direction(self, axis: int) -> Array:
         """Direction of travel (samples,), -1 to 1, smooth where the joint hardly moves."""
         return np.asarray(np.tanh(2 * self.velocity[:, axis - 1] / self.slow))
