@@ -4,8 +4,9 @@ joints.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -22,7 +23,7 @@ from identify.explain.recorded_motion import (
     through_gears,
 )
 from identify.explain.regression import Fit, RegressionProblem
-from identify.measured.conditioning import ConditionedMotion
+from identify.measured.conditioning import ConditionedMotion, slow_part
 from identify.robot.description import Robot
 from identify.robot.inverse_dynamics import RigidArm
 
@@ -118,6 +119,7 @@ def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Know
         _finite(left[:, rows], known.joints, motion, "motor torque"),
         _moving(motion, scene),
         datum="none",
+        slow_part=_slow_part(motion, scene),
     )
 
 
@@ -132,7 +134,8 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
     rows = [joint - 1 for joint in known.joints]
     bent = of_drives(motion.position - motion.link_position, known.coupling)
     left = _finite(bent[:, rows], known.joints, motion, "link_position")
-    return RegressionProblem(motion.name, scene, left, _moving(motion, scene), datum="constant")
+    slow, moving = _slow_part(motion, scene), _moving(motion, scene)
+    return RegressionProblem(motion.name, scene, left, moving, datum="constant", slow_part=slow)
 
 
 def tracking_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
@@ -174,6 +177,19 @@ def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
             bent = scene.link_acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
             target += scene.of_joint(effect.axis, bent)[:, :, 0]
     return replace(problem, target=target, searched={})
+
+
+def _slow_part(motion: ConditionedMotion, scene: RecordedMotion) -> Callable[[Array], Array] | None:
+    """What counts where loads are those of links: a gear that is bent by accelerations is bent by those above
+    the low-pass too, of which nothing is known.
+    """
+    if scene.links is None:
+        return None
+    return partial(_slow_of_each, scene.records, motion.lowpass_hz, motion.sample_rate_hz)
+
+
+def _slow_of_each(records: Sequence[slice], lowpass_hz: float, rate: float, values: Array) -> Array:
+    return np.concatenate([slow_part(values[record], lowpass_hz, rate) for record in records])
 
 
 def _moving(motion: ConditionedMotion, scene: RecordedMotion) -> Mask:

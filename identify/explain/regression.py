@@ -4,7 +4,7 @@ outside (variable projection).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -69,6 +69,10 @@ class RegressionProblem:
     target: Array
     mask: Mask
     datum: Datum
+    slow_part: Callable[[Array], Array] | None = None
+    """The part (samples, ...) of target and columns that counts, where not all of it does: as far as speeds
+    and accelerations are known.
+    """
     bodies: Array | None = None
     """What errors of rigid bodies within their stated uncertainty add, (samples, joints, k), each column for
     one standard deviation of its own: `identify.explain.body_errors`.
@@ -119,13 +123,14 @@ class RegressionProblem:
 
     @cached_property
     def wanted(self) -> Array:
-        """The target (samples, joints) without its datum."""
+        """What counts of the target (samples, joints), without its datum."""
         return self.from_datum(self.target)
 
     def from_datum(self, values: Array) -> Array:
-        """Values (samples, joints, ...) without the datum of each record and joint, by least squares over the
-        samples that count.
+        """What counts of values (samples, joints, ...), without the datum of each record and joint, by least
+        squares over the samples that count.
         """
+        values = values if self.slow_part is None else self.slow_part(values)
         return values if self.datum == "none" else values - self.datum_of(values)
 
     def datum_of(self, values: Array) -> Array:
@@ -180,7 +185,9 @@ class Fit:
         return replace(self, coefficients=changed)
 
     def predict(self, problem: RegressionProblem) -> Array:
-        """What the effects add up to on a record, (samples, joints), from the record's own datum."""
+        """What the effects add up to on a record, (samples, joints), from the record's own datum and what
+        does not count.
+        """
         total, first = problem.target - problem.wanted, 0
         for effect, parameters in zip(self.effects, self.nonlinear, strict=True):
             last = first + len(effect.coefficients)

@@ -290,9 +290,9 @@ def _scenes(
     of_motors = [scene_of(motion, replace(known, by_links=False)) for motion in motions.all]
     if not all(_recorded(motion, "deflection") for motion in motions.all):
         return of_motors
-    latency, left = _springs_alone(motions, of_motors, known, study, story, tools)
     of_links = [scene_of(motion, known) for motion in motions.all]
-    latency, other = _springs_alone(motions, of_links, known, study, story, tools)
+    _, left = _springs_alone(motions, of_motors, of_links, study, known, story, tools)
+    latency, other = _springs_alone(motions, of_links, of_links, study, known, story, tools)
     if other >= left:
         return of_motors
     return [scene_of(motion, known, latency) for motion in motions.all] if latency.any() else of_links
@@ -301,23 +301,29 @@ def _scenes(
 def _springs_alone(
     motions: _Recorded,
     scenes: Sequence[RecordedMotion],
-    known: Known,
+    counted: Sequence[RecordedMotion],
     study: ExplainStudy,
+    known: Known,
     story: Story,
     tools: _Tools,
 ) -> tuple[Array, float]:
     """Latencies of link-side positions (joints,), s, that are found beside springs alone, and the mean ln of
-    the RMS that both leave of the deflections that judge.
+    the RMS that both leave of what counts of the deflections that judge.
     """
     side = "motors" if scenes[0].links is None else "links"
     tried = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
-    problems = motions.problems(deflection_problem, scenes, known)
-    fit, _ = grow(tools.bench(problems, tried, f"{side}, springs"), _of(story, f"load by the {side}"))
+    same = motions.problems(deflection_problem, counted, known)
+    pair = motions.problems(deflection_problem, scenes, known)
+    pair = _Problems(
+        replace(pair.fitted, slow_part=same.fitted.slow_part),
+        replace(pair.judge, slow_part=same.judge.slow_part),
+    )
+    fit, _ = grow(tools.bench(pair, tried, f"{side}, springs"), _of(story, f"load by the {side}"))
     latency = np.zeros(len(known.gear_ratio))
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
             latency[effect.axis - 1] = fit.of(effect)[0]
-    return latency, float(np.log(np.maximum(rms(problems.judge, fit), 1e-300)).mean())
+    return latency, float(np.log(np.maximum(rms(pair.judge, fit), 1e-300)).mean())
 
 
 def _torque_explained(
