@@ -86,6 +86,7 @@ def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = No
         payload=known.payload,
         starts=motion.starts,
         names=motion.names or (motion.name,),
+        turning=None if motion.turning is None else of_drives(motion.turning, known.coupling),
         stated_rotors=known.rotor_inertia,
         links=links if recorded else None,
     )
@@ -119,7 +120,6 @@ def torque_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Know
         _finite(left[:, rows], known.joints, motion, "motor torque"),
         _moving(motion, scene),
         datum="none",
-        slow_part=_slow_part(motion, scene),
     )
 
 
@@ -195,7 +195,7 @@ def _slow_of_each(records: Sequence[slice], lowpass_hz: float, rate: float, valu
 def _moving(motion: ConditionedMotion, scene: RecordedMotion) -> Mask:
     """Samples (samples, examined joints) at which a drive moves, away from the ends of the record."""
     rows = [joint - 1 for joint in scene.axes]
-    return np.asarray((np.abs(scene.velocity[:, rows]) > scene.slow) & motion.inside[:, None])
+    return np.asarray((np.abs(scene.travel[:, rows]) > scene.slow) & motion.inside[:, None])
 
 
 def _finite(values: Array, joints: Sequence[int], motion: ConditionedMotion, what: str) -> Array:

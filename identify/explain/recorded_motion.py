@@ -90,6 +90,8 @@ class RecordedMotion:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
+    turning: Array | None = None
+    """Speed of the drives whose sign is their direction of travel; default: velocity."""
     stated_rotors: Array | None = None
     """Inertias of the rotors (joints,), kg m^2, as far as they are known."""
     links: LoadSide | None = None
@@ -165,10 +167,15 @@ class RecordedMotion:
             return np.zeros_like(self.velocity)
         return self.velocity - of_drives(self.links.velocity, self.coupling)
 
+    @property
+    def travel(self) -> Array:
+        """Speed of the drives (samples, joints), rad/s, for its sign and for whether they move."""
+        return self.velocity if self.turning is None else self.turning
+
     def waves_travelled(self, axis: int, order: float) -> float:
         """How many of so many waves per turn of a joint it passes between its ends."""
         return float(np.ptp(self.position[:, axis - 1])) * order / (2 * np.pi)
 
     def direction(self, axis: int) -> Array:
         """Direction of travel (samples,), -1 to 1, smooth where the joint hardly moves."""
-        return np.asarray(np.tanh(2 * self.velocity[:, axis - 1] / self.slow))
+        return np.asarray(np.tanh(2 * self.travel[:, axis - 1] / self.slow))

@@ -266,7 +266,7 @@ def explained(
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
     story, tools = story or Story(), _Tools(Memory() if memory is None else memory, workers)
     scenes = _scenes(motions, known, study, story, tools)
-    tried = candidates("torque", scenes[0], study.effects)
+    tried = _of_torque(candidates("torque", scenes[0], study.effects), scenes[0])
     torque = motions.problems(torque_problem, scenes, known)
     torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
     torque, found = _torque_explained(torque, tried, _of(story, "torque"), tools)
@@ -276,6 +276,13 @@ def explained(
             problems = motions.problems(prepare, torque.scenes, known)
             done[target] = _explained(target, problems, study, _of(story, target), tools)
     return done
+
+
+def _of_torque(tried: Sequence[MotionEffect], scene: RecordedMotion) -> list[MotionEffect]:
+    """Without errors of bodies beyond what is stated, where loads are made of the links' accelerations: what
+    a filter of a link-side sensor, or a latency, does to these looks like other bodies.
+    """
+    return [effect for effect in tried if scene.links is None or not effect.of_bodies]
 
 
 def _scenes(
@@ -367,6 +374,11 @@ def _explained(
 
 
 def _with_loads(pair: _Problems, fit: Fit) -> _Problems:
+    """With the loads of a fit; of links whose accelerations were recorded, as the stated bodies have them, so
+    that no stiffness hangs on what else was found in torques.
+    """
+    if pair.fitted.scene.links is not None:
+        return pair
     return pair.each(partial(loaded, fit=fit))
 
 
@@ -395,6 +407,7 @@ def _of_joints(motion: ConditionedMotion, known: Known) -> ConditionedMotion:
         motion,
         position=of_joints(motion.position, known.coupling),
         velocity=of_joints(motion.velocity, known.coupling),
+        turning=None if motion.turning is None else of_joints(motion.turning, known.coupling),
         acceleration=of_joints(motion.acceleration, known.coupling),
         command_position=None if command is None else of_joints(command, known.coupling),
     )

@@ -53,6 +53,10 @@ class ConditionedMotion:
     """Of the several records."""
     lowpass_hz: float = np.inf
     """Up to which speed and acceleration are known."""
+    turning: Array | None = None
+    """Speed behind a filter that falls gradually, which rings less where a joint stops: for its direction,
+    and whether it moves at all.
+    """
     link_velocity: Array | None = None
     link_acceleration: Array | None = None
 
@@ -109,6 +113,7 @@ def condition(
         _inside(time_s, reach, rate, gaps),
         tuple(said),
         lowpass_hz=lowpass_hz,
+        turning=_lowpass(_speed(position, signals.get("motor_velocity"), rate), lowpass_hz, rate),
         link_velocity=of_link[0],
         link_acceleration=of_link[1],
     )
@@ -118,9 +123,13 @@ def _moved(position: Array, measured: Array | None, lowpass_hz: float, rate: flo
     """Speeds and accelerations (samples, joints) up to the low-pass, of recorded speeds if there are any;
     joints without a signal stay NaN.
     """
-    speed = np.gradient(position, 1 / rate, axis=0) if measured is None else measured
+    speed = _speed(position, measured, rate)
     acceleration = np.gradient(speed, 1 / rate, axis=0)
     return slow_part(speed, lowpass_hz, rate), slow_part(acceleration, lowpass_hz, rate)
+
+
+def _speed(position: Array, measured: Array | None, rate: float) -> Array:
+    return np.gradient(position, 1 / rate, axis=0) if measured is None else measured
 
 
 def _origin(recorded: bool, lowpass_hz: float) -> str:
@@ -168,7 +177,7 @@ def in_a_row(motions: Sequence[ConditionedMotion]) -> ConditionedMotion:
         return None if any(part is None for part in parts) else np.concatenate(parts)
 
     arrays = [
-        *("position", "velocity", "acceleration", "torque", "inside", "command_position"),
+        *("position", "velocity", "acceleration", "torque", "inside", "command_position", "turning"),
         *("link_position", "link_velocity", "link_acceleration"),
     ]
     return replace(

@@ -53,7 +53,7 @@ class LostMotion(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel, which a standing joint keeps."""
-        speed = scene.velocity[:, self.axis - 1]
+        speed = scene.travel[:, self.axis - 1]
         moving = np.abs(speed) > scene.slow
         last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
         return scene.on(self.axis, np.where(last >= 0, np.sign(speed[last]), 0.0))

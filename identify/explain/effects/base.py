@@ -93,6 +93,8 @@ class MotionEffect(ABC):
     """The kind at the same joint that must be there before this one, which refines it, is tried."""
     in_gear: ClassVar[bool] = False
     """Whether its torque passes through the gear, so that it bends it."""
+    of_bodies: ClassVar[bool] = False
+    """Whether it is an error of the rigid bodies, or looks like one."""
     positive: ClassVar[bool] = False
     """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are
     something else.

@@ -37,6 +37,7 @@ class TorqueConstant(MotionEffect):
 
     kind: ClassVar[str] = "torque-constant"
     of_load: ClassVar[bool] = True
+    of_bodies: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("share", "1"),)
 
