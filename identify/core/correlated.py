@@ -8,7 +8,6 @@ time.
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -25,9 +24,9 @@ _ROUNDING = 1e-12
 _PART = 0.03
 """Part of a signal's own size from which on third differences over several samples are those of the signal.
 """
-_GROWS, _FLAT = 2.0, 1.0
-"""Powers of the step by which third differences grow: at the least of a signal that is smooth where they are
-looked at, and at the most of noise.
+_FLAT = 1.0
+"""Power of the step by which third differences of noise grow at the most: those of a random walk by a half,
+those of a signal that is smooth where they are looked at by three.
 """
 
 _FIRST = 2
@@ -184,8 +183,8 @@ def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
 
     Behind a filter, or between two counts of an encoder, hardly anything changes from one sample to the next:
     third differences over every second, fourth, ... sample then grow until they are those of independent
-    samples, where they stay until the signal itself passes so fast.  So the noise is that of the step from
-    which they grow least; of a smooth signal alone they grow by the third power of the step.
+    samples, where they stay until the signal itself passes so fast.  So the noise is that of the first step
+    from which they hardly grow; of a smooth signal alone they grow by the third power of the step.
 
     speed (samples,): of the joint; only the slowest tenth of the samples is then looked at, because waves
     over an angle pass from sample to sample as fast as the joint moves, and a fast record would look noisier
@@ -201,9 +200,7 @@ def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     grown = np.where(
         (known[:-1] > rounding) & ((known[:-1] < most) | (steps[: len(grown)] == 1)), grown, np.inf
     )
-    if grown.min() > _GROWS:
-        return float("nan")
-    return float(known[np.argmax(grown <= _FLAT) if (grown <= _FLAT).any() else grown.argmin()])
+    return float(known[np.argmax(grown <= _FLAT)]) if (grown <= _FLAT).any() else float("nan")
 
 
 def _third(signal: Array, used: Mask, speed: Array | None, step: int) -> float:

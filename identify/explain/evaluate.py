@@ -16,6 +16,7 @@ from identify.explain.intervals import intervals
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve
+from identify.explain.resonance import resonance_warnings
 from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
 from identify.results.explain import (
@@ -37,6 +38,7 @@ def evaluated(
     tests: Sequence[RegressionProblem],
     found: Explanation,
     effects: Sequence[MotionEffect],
+    lowpass_hz: float,
 ) -> TargetResult:
     """Everything that is reported of one target; tests: records that nothing depended on."""
     start = found.start
@@ -72,6 +74,7 @@ def evaluated(
             tuple(effect.name for effect in effects), tuple(effect.sentence() for effect in effects)
         ),
         body_errors=found.fit.body_errors,
+        warnings=resonance_warnings(target, judge, aligned(judge, found.fit), lowpass_hz),
         pairs=cross_check(fitted, judge, tests, start, found.fit),
         tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},
     )

@@ -25,7 +25,8 @@ def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
     differ.
     """
     matrix, freedom, instrumental = _covariance(problem, fit)
-    values, apart = _values(fit), 0.0
+    values = _values(fit)
+    apart = np.zeros_like(values)
     if instrumental:
         plain = solve(problem, fit.effects, fit.nonlinear, fit.weights, plain=True)
         apart = np.abs(values - _values(plain))

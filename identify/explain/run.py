@@ -270,7 +270,11 @@ def explained(
     torque = motions.problems(torque_problem, scenes, known)
     torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
     torque, found = _torque_explained(torque, tried, _of(story, "torque"), tools)
-    done = {"torque": evaluated("torque", torque.fitted, torque.judge, torque.tests, found, tried)}
+    done = {
+        "torque": evaluated(
+            "torque", torque.fitted, torque.judge, torque.tests, found, tried, study.lowpass_hz
+        )
+    }
     for target, prepare in _PREPARE.items():
         if all(_recorded(motion, target) for motion in motions.all):
             problems = motions.problems(prepare, torque.scenes, known)
@@ -370,7 +374,7 @@ def _explained(
     bench = tools.bench(pair, tried, label, first, examined)
     fit, more = grow(bench, story)
     found = conclude(bench, fit, [*steps, *more])
-    return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried)
+    return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried, study.lowpass_hz)
 
 
 def _with_loads(pair: _Problems, fit: Fit) -> _Problems:

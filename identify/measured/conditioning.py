@@ -95,7 +95,7 @@ def condition(
     said.append(_origin("motor_velocity" in signals, lowpass_hz))
     velocity, acceleration = _moved(position, signals.get("motor_velocity"), lowpass_hz, rate)
     link = signals.get("link_position")
-    of_link = (None, None)
+    of_link: tuple[Array | None, Array | None] = (None, None)
     if link is not None:
         of_link = _moved(link, signals.get("link_velocity"), lowpass_hz, rate)
     reach = int(np.ceil(rate / lowpass_hz))
