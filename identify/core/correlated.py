@@ -151,8 +151,8 @@ def covariance(
     jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a
     window of eight correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and
     Vogelsang 2005, in its simplest form).  expected (p,): one over the standard deviation that values have
-    before the data speak; what they were expected to be has erred by as much.  instruments (samples, joints, p), weighted: what
-    residuals were made orthogonal to, where that is not the jacobian (White 1982).
+    before the data speak; what they were expected to be has erred by as much.  instruments (samples, joints,
+    p), weighted: what residuals were made orthogonal to, where that is not the jacobian (White 1982).
     """
     probes = jacobian if instruments is None else instruments
     scores = np.einsum("naj,na->nj", np.where(used[:, :, None], probes, 0.0), np.where(used, residual, 0.0))
