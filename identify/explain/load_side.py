@@ -20,13 +20,22 @@ from identify.measured.conditioning import ConditionedMotion, slow_part
 @dataclass(frozen=True)
 class LoadSide:
     """Position, velocity, acceleration of the links (samples, joints), rad, s: the motor's where no link-side
-    position was recorded; deflection: motor less link, slow part alone, zero there.
+    position was recorded; deflection: motor less link, slow part alone, zero there; latency (joints,), s: by
+    how much they were taken to be read late.
     """
 
     position: Array
     velocity: Array
     acceleration: Array
     deflection: Array
+    latency: Array
+
+    @property
+    def read_late(self) -> Array:
+        """Positions (samples, joints) as they were read, to first order in the latency: what a latency does
+        beyond that, which bends the gear like a spring, is put right.
+        """
+        return self.position - self.latency * self.velocity
 
 
 def load_side(motion: ConditionedMotion, latency: Array | None = None) -> LoadSide:
@@ -35,11 +44,12 @@ def load_side(motion: ConditionedMotion, latency: Array | None = None) -> LoadSi
 
     Encoders count from zeros of their own, so that a link is on average where its motor is.
     """
+    late = np.zeros(motion.position.shape[1]) if latency is None else latency
     histories = motion.link_position, motion.link_velocity, motion.link_acceleration
     if any(history is None for history in histories):
         still = np.zeros_like(motion.position)
-        return LoadSide(motion.position, motion.velocity, motion.acceleration, still)
-    position, velocity, acceleration = (_earlier(motion, history, latency) for history in histories)
+        return LoadSide(motion.position, motion.velocity, motion.acceleration, still, late)
+    position, velocity, acceleration = (_earlier(motion, history, late) for history in histories)
     known = np.isfinite(position).all(axis=0)
     bent = motion.position - position
     for start, end in _records(motion):
@@ -52,6 +62,7 @@ def load_side(motion: ConditionedMotion, latency: Array | None = None) -> LoadSi
         np.where(known, velocity, motion.velocity),
         np.where(known, acceleration, motion.acceleration),
         np.where(known, bent, 0.0),
+        late,
     )
 
 
@@ -59,14 +70,13 @@ def _records(motion: ConditionedMotion) -> list[tuple[int, int]]:
     return list(pairwise((*motion.starts, len(motion.time_s))))
 
 
-def _earlier(motion: ConditionedMotion, history: Array | None, latency: Array | None) -> Array:
+def _earlier(motion: ConditionedMotion, history: Array | None, latency: Array) -> Array:
     """A history (samples, joints) read that much earlier, by cubic splines, held at the end of each
     record.
     """
     assert history is not None
     found = history.copy()
-    for joint in np.flatnonzero(np.zeros(history.shape[1]) if latency is None else latency):
-        assert latency is not None
+    for joint in np.flatnonzero(latency):
         for start, end in _records(motion):
             times = motion.time_s[start:end]
             spline = scipy.interpolate.make_interp_spline(times, history[start:end, joint], k=3)

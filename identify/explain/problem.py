@@ -132,7 +132,10 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
     if motion.link_position is None:
         raise ValueError("no link-side position")
     rows = [joint - 1 for joint in known.joints]
-    bent = of_drives(motion.position - motion.link_position, known.coupling)
+    link = motion.link_position
+    if scene.links is not None:
+        link = np.where(np.isfinite(link), scene.links.read_late, np.nan)
+    bent = of_drives(motion.position - link, known.coupling)
     left = _finite(bent[:, rows], known.joints, motion, "link_position")
     slow, moving = _slow_part(motion, scene), _moving(motion, scene)
     return RegressionProblem(motion.name, scene, left, moving, datum="constant", slow_part=slow)
@@ -169,8 +172,11 @@ def loaded(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
 def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     """A deflection without the second order of the sensors' latencies T as the fit knows them, - a T^2 / 2.
 
-    Acceleration goes with torque, so that it would look like stiffness.
+    Acceleration goes with torque, so that it would look like stiffness.  Where links were read earlier by the
+    latency, that is done (`identify.explain.load_side`).
     """
+    if problem.scene.links is not None:
+        return problem
     target, scene = problem.target.copy(), problem.scene
     for effect in fit.effects:
         if effect.kind == "sensor-latency":

@@ -302,26 +302,32 @@ def _scenes(
     if not all(_recorded(motion, "deflection") for motion in motions.all):
         return of_motors
     of_links = [scene_of(motion, known) for motion in motions.all]
-    _, left = _springs_alone(motions, of_motors, of_links, study, known, story, tools)
-    latency, other = _springs_alone(motions, of_links, of_links, study, known, story, tools)
+    _, left = _springs_alone(motions, of_motors, of_links, known, study, story, tools)
+    latency, other = _springs_alone(motions, of_links, of_links, known, study, story, tools)
     if other >= left:
         return of_motors
-    return [scene_of(motion, known, latency) for motion in motions.all] if latency.any() else of_links
+    scenes = of_links
+    for _ in range(_ROUNDS if latency.any() else 0):
+        scenes = [scene_of(motion, known, latency) for motion in motions.all]
+        latency, _ = _springs_alone(motions, scenes, of_links, known, study, story, tools)
+    return scenes
 
 
 def _springs_alone(
     motions: _Recorded,
     scenes: Sequence[RecordedMotion],
     counted: Sequence[RecordedMotion],
-    study: ExplainStudy,
     known: Known,
+    study: ExplainStudy,
     story: Story,
     tools: _Tools,
 ) -> tuple[Array, float]:
     """Latencies of link-side positions (joints,), s, that are found beside springs alone, and the mean ln of
     the RMS that both leave of what counts of the deflections that judge.
     """
-    side = "motors" if scenes[0].links is None else "links"
+    links = scenes[0].links
+    side = "motors" if links is None else "links"
+    label = f"load by the {side}, late by {0 if links is None else links.latency.tolist()}"
     tried = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
     same = motions.problems(deflection_problem, counted, known)
     pair = motions.problems(deflection_problem, scenes, known)
@@ -329,7 +335,7 @@ def _springs_alone(
         replace(pair.fitted, slow_part=same.fitted.slow_part),
         replace(pair.judge, slow_part=same.judge.slow_part),
     )
-    fit, _ = grow(tools.bench(pair, tried, f"{side}, springs"), _of(story, f"load by the {side}"))
+    fit, _ = grow(tools.bench(pair, tried, label), _of(story, f"load by the {side}"))
     latency = np.zeros(len(known.gear_ratio))
     for effect in fit.effects:
         if effect.kind == "sensor-latency":

@@ -1,7 +1,7 @@
 """From a record to a motion: resampled, differentiated behind a low-pass, and said so.
 
 Speed and acceleration come from the recorded speed where there is one, else from the position, by central
-differences of which only the cosines up to `lowpass_hz` are kept.  Positions and torques are not filtered, so
+differences of which only the cosines up to `lowpass_hz` are kept, made as large as derivatives are.  Positions and torques are not filtered, so
 that what is explained is what was measured.
 
 Cosines, because they are orthogonal: what a column P x made of them explains of a signal y by least squares,
@@ -123,9 +123,9 @@ def _moved(position: Array, measured: Array | None, lowpass_hz: float, rate: flo
     """Speeds and accelerations (samples, joints) up to the low-pass, of recorded speeds if there are any;
     joints without a signal stay NaN.
     """
-    speed = _speed(position, measured, rate)
+    speed, times = _speed(position, measured, rate), 1 if measured is None else 0
     acceleration = np.gradient(speed, 1 / rate, axis=0)
-    return slow_part(speed, lowpass_hz, rate), slow_part(acceleration, lowpass_hz, rate)
+    return slow_part(speed, lowpass_hz, rate, times), slow_part(acceleration, lowpass_hz, rate, times + 1)
 
 
 def _speed(position: Array, measured: Array | None, rate: float) -> Array:
@@ -141,11 +141,17 @@ def _origin(recorded: bool, lowpass_hz: float) -> str:
     )
 
 
-def slow_part(values: Array, cutoff_hz: float, rate: float) -> Array:
-    """Values (samples, ...) of cosines up to a frequency alone: an orthogonal projection."""
+def slow_part(values: Array, cutoff_hz: float, rate: float, differences: int = 0) -> Array:
+    """Values (samples, ...) of cosines up to a frequency alone: an orthogonal projection.
+
+    differences: how often central differences were taken of them, which make a wave of w radians a sample
+    smaller than its derivative, by sin w / w; that is put right.
+    """
     waves = scipy.fft.dct(values, axis=0, norm="ortho")
-    waves[np.arange(len(values)) * rate > 2 * len(values) * cutoff_hz] = 0.0
-    return np.asarray(scipy.fft.idct(waves, axis=0, norm="ortho"))
+    angle = np.arange(len(values)) * np.pi / len(values)
+    kept = angle * rate <= 2 * np.pi * cutoff_hz
+    gain = np.where(kept, 1.0 / np.sinc(np.where(kept, angle, 0.0) / np.pi) ** differences, 0.0)
+    return np.asarray(scipy.fft.idct((waves.T * gain).T, axis=0, norm="ortho"))
 
 
 def _inside(time_s: Array, reach: int, rate: float, gaps: Array) -> Mask:
