@@ -57,4 +57,5 @@ def _peak(values: Array, rate: float) -> tuple[float, float]:
     ends = [np.searchsorted(frequencies, (1 + side * _NEAR) * frequencies) for side in (-1, 1)]
     near = np.where(np.arange(len(power)) < _PERIODS, 0.0, sums[ends[1]] - sums[ends[0]])
     best = int(np.argmax(near))
-    return float(frequencies[best]), float(near[best] / max(sums[-1], 1e-300))
+    highest = ends[0][best] + int(np.argmax(power[ends[0][best] : ends[1][best]]))
+    return float(frequencies[highest]), float(near[best] / max(sums[-1], 1e-300))

@@ -1,8 +1,8 @@
 """From a record to a motion: resampled, differentiated behind a low-pass, and said so.
 
 Speed and acceleration come from the recorded speed where there is one, else from the position, by central
-differences of which only the cosines up to `lowpass_hz` are kept, made as large as derivatives are.  Positions and torques are not filtered, so
-that what is explained is what was measured.
+differences of which only the cosines up to `lowpass_hz` are kept, made as large as derivatives are.
+Positions and torques are not filtered, so that what is explained is what was measured.
 
 Cosines, because they are orthogonal: what a column P x made of them explains of a signal y by least squares,
 <P x, y> / <P x, P x>, is what P x explains of P y, wherever P cuts.  A filter H that falls gradually is no
