@@ -32,10 +32,11 @@ def resonance_warnings(
         whole = float((counted[:, row] ** 2).sum())
         fast = counted[:, row] - slow_part(counted[:, row], lowpass_hz, rate)
         above = float((fast**2).sum()) / max(whole, 1e-300)
-        if above > _HALF:
+        peak, near = _peak(fast, rate)
+        if above > _HALF and near > _HALF:
             said.append(
                 f"{target}: {100 * above:.0f} % of its squares at joint {axis} lie above lowpass_hz"
-                f" ({lowpass_hz:g} Hz), most near {_peak(fast, rate)[0]:.3g} Hz, where no acceleration is"
+                f" ({lowpass_hz:g} Hz), most near {peak:.3g} Hz, where no acceleration is"
                 " known; if that is a resonance, give a `lowpass_hz` above it"
             )
             continue

@@ -323,7 +323,7 @@ def _springs_alone(
     tools: _Tools,
 ) -> tuple[Array, float]:
     """Latencies of link-side positions (joints,), s, that are found beside springs alone, and the mean ln of
-    the RMS that both leave of what counts of the deflections that judge.
+    the RMS that both leave of what counts of the deflections that judge; infinite without any spring.
     """
     links = scenes[0].links
     side = "motors" if links is None else "links"
@@ -340,6 +340,8 @@ def _springs_alone(
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
             latency[effect.axis - 1] = fit.of(effect)[0]
+    if all(effect.kind == "sensor-latency" for effect in fit.effects):
+        return latency, float("inf")
     return latency, float(np.log(np.maximum(rms(pair.judge, fit), 1e-300)).mean())
 
 
