@@ -53,7 +53,7 @@ def scored(rng: np.random.Generator, seed: int, soft: bool) -> dict[str, Any]:
         result = run_explain(config, Path(folder) / "out.h5")[0]
     names = {name for found in result.targets.values() for name in found.effects.name}
     late = {"joint1.sensor-latency"} if sensing.latency_s else set()
-    found = stiffness(result)
+    found = stiffness(result) if soft else None
     truth = {**two_mass.as_numbers(drive, sensing), "lowpass_hz": lowpass}
     return {
         "truth": {key: float(f"{value:.4g}") if np.isfinite(value) else None for key, value in truth.items()},
