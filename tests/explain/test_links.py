@@ -14,7 +14,7 @@ import pytest
 import scipy
 
 from identify.core.correlated import log_likelihood_gain, white_level
-from identify.explain import run
+from identify.explain import stages
 from identify.explain.effects.rotor_inertia import RotorInertia
 from identify.explain.effects.torque_ripple import TorqueRipple
 from identify.explain.effects.torque_sensing import TorqueConstant
@@ -61,9 +61,9 @@ def test_stiffness_does_not_depend_on_the_low_pass(tmp_path: Path, lowpass_hz: f
 
 def test_accelerations_of_the_motor_make_no_spring(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Negative control: past the resonance they go against those of the link."""
-    real = run.scene_of
+    real = stages.scene_of
     monkeypatch.setattr(
-        run, "scene_of", lambda motion, known, *_: real(motion, replace(known, by_links=False))
+        stages, "scene_of", lambda motion, known, *_: real(motion, replace(known, by_links=False))
     )
     assert stiffness(_explained(tmp_path / "run", 40.0)) is None
 
