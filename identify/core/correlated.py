@@ -8,7 +8,6 @@ time.
 from __future__ import annotations
 
 from functools import cache
-from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -18,6 +17,17 @@ from identify.core.arrays import Array, Mask
 _BLOCKS, _DRAWS = 20, 2000
 _SLOWEST = 0.1
 """Share of the samples, those at least speed, by which noise is told from waves over an angle."""
+_STRIDES = 8
+"""Steps that are tried, up to 128 samples."""
+_ROUNDING = 1e-12
+"""Share of a signal below which a difference is rounding."""
+_PART = 0.03
+"""Part of a signal's own size from which on third differences over several samples are those of the signal.
+"""
+_FLAT = 1.0
+"""Power of the step by which third differences of noise grow at the most: those of a random walk by a half,
+those of a signal that is smooth where they are looked at by three.
+"""
 
 _FIRST = 2
 """Octaves begin at this power of two of half waves in the record."""
@@ -92,19 +102,10 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     powers = [wave**2 for wave in waves]
     octaves = 2 ** np.arange(_FIRST, max(int(np.log2(len(before))) + 1, _FIRST + 1))
     edges = [0, *octaves[octaves < len(before)].tolist(), len(before)]
-    floor = 1e-12 * float(powers[0].sum())
-    gains = (
-        [
-            (last - first)
-            / 2
-            * np.log(
-                (float(powers[0][first:last].sum()) + floor) / (float(powers[1][first:last].sum()) + floor)
-            )
-            for first, last in pairwise(edges)
-        ]
-        if floor > 0
-        else [0.0] * (len(edges) - 1)
-    )
+    counts = np.diff(edges)
+    old, new = (np.add.reduceat(power, edges[:-1]) for power in powers)
+    floor = max(1e-12 * float(old.sum()), 1e-300)
+    gains = (_beyond_leakage(old, counts) * counts / 2 * np.log((old + floor) / (new + floor))).tolist()
     ends = len(gains)
     runs = {(0, ends): sum(gains)}
     for split in range(1, ends):
@@ -118,13 +119,31 @@ def log_likelihood_gain(before: Array, after: Array, used: Mask) -> tuple[float,
     return float(max(runs.values()) * used.mean() - np.log(len(runs))), fall
 
 
+def _beyond_leakage(powers: Array, counts: Array) -> Mask:
+    """Which octaves, of so many lines each, hold more than the cosine transform of a record of finite length
+    may spread upwards out of lower ones: past a kink, as at its ends, by the fourth power of frequency.
+
+    A sensor behind a filter leaves nothing in the upper octaves, which have most of the samples: what is
+    found there is this, and says no more than the octaves that it comes from.
+    """
+    level, found = 0.0, np.ones(len(powers), dtype=bool)
+    for octave, density in enumerate(powers / counts):
+        found[octave] = density >= level
+        level = max(level, density) / 16
+    return found
+
+
 def _bridged(residual: Array, used: Mask) -> Array:
     samples = np.arange(len(residual))
     return np.interp(samples, samples[used], residual[used])
 
 
 def covariance(
-    jacobian: Array, residual: Array, used: Mask, expected: Array | None = None
+    jacobian: Array,
+    residual: Array,
+    used: Mask,
+    expected: Array | None = None,
+    instruments: Array | None = None,
 ) -> tuple[Array, float]:
     """Covariance (p, p) of least-squares values whose residuals are correlated in time, and its degrees of
     freedom.
@@ -132,14 +151,15 @@ def covariance(
     jacobian (samples, joints, p) and residual (samples, joints), both weighted.  Newey and West (1987) with a
     window of eight correlation times; as many degrees of freedom as independent windows (fixed-b, Kiefer and
     Vogelsang 2005, in its simplest form).  expected (p,): one over the standard deviation that values have
-    before the data speak; what they were expected to be has erred by as much.
+    before the data speak; what they were expected to be has erred by as much.  instruments (samples, joints,
+    p), weighted: what residuals were made orthogonal to, where that is not the jacobian (White 1982).
     """
-    scores = np.einsum("naj,na->nj", np.where(used[:, :, None], jacobian, 0.0), np.where(used, residual, 0.0))
-    flat = jacobian[used]
-    scale = np.sqrt((flat**2).sum(axis=0))
-    scale[scale == 0] = 1.0
+    probes = jacobian if instruments is None else instruments
+    scores = np.einsum("naj,na->nj", np.where(used[:, :, None], probes, 0.0), np.where(used, residual, 0.0))
+    flat, probed = jacobian[used], probes[used]
+    scale, own = (np.where((size := np.sqrt((of**2).sum(axis=0))) > 0, size, 1.0) for of in (flat, probed))
     prior = np.zeros(len(scale)) if expected is None else expected / scale
-    bread = np.linalg.pinv((flat / scale).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
+    bread = np.linalg.pinv((probed / own).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
     spans = [
         correlation_time(residual[:, joint], used[:, joint])
         for joint in range(residual.shape[1])
@@ -147,29 +167,52 @@ def covariance(
     ]
     window = int(np.clip(np.ceil(8 * max(spans, default=1.0)), 1, max(1, len(scores) // 6)))
     padded = np.concatenate(
-        [np.zeros((window, scores.shape[1])), scores / scale, np.zeros((window - 1, scores.shape[1]))]
+        [np.zeros((window, scores.shape[1])), scores / own, np.zeros((window - 1, scores.shape[1]))]
     )
     sums = np.cumsum(padded, axis=0)
     windows = sums[window:] - sums[:-window]
     meat = windows.T @ windows / window + np.diag(prior**2)
     samples = float(used.any(axis=1).sum())
     freedom = max(3.0, samples / window)
-    return bread @ meat @ bread / np.outer(scale, scale), freedom
+    return bread @ meat @ bread.T / np.outer(scale, scale), freedom
 
 
 def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
-    third differences (MAD).
+    third differences (MAD); NaN where noise is not told from the signal.
+
+    Behind a filter, or between two counts of an encoder, hardly anything changes from one sample to the next:
+    third differences over every second, fourth, ... sample then grow until they are those of independent
+    samples, where they stay until the signal itself passes so fast.  So the noise is that of the first step
+    from which they hardly grow; of a smooth signal alone they grow by the third power of the step.
 
     speed (samples,): of the joint; only the slowest tenth of the samples is then looked at, because waves
     over an angle pass from sample to sample as fast as the joint moves, and a fast record would look noisier
     than a slow one of the same robot.
     """
-    third = np.diff(signal, 3)
-    good = used[:-3] & used[1:-2] & used[2:-1] & used[3:]
+    steps = 2 ** np.arange(_STRIDES)
+    levels = [_third(signal, used, speed, int(step)) for step in steps if 3 * step < len(signal)]
+    known = np.array([level for level in levels if np.isfinite(level)])
+    if len(known) < 2:
+        return float(known[0]) if len(known) else float("nan")
+    rounding, most = _ROUNDING * float(np.abs(signal[used]).max()), _PART * float(signal[used].std())
+    grown = np.log2(np.maximum(known[1:], 1e-300) / np.maximum(known[:-1], 1e-300))
+    grown = np.where(
+        (known[:-1] > rounding) & ((known[:-1] < most) | (steps[: len(grown)] == 1)), grown, np.inf
+    )
+    return float(known[np.argmax(grown <= _FLAT)]) if (grown <= _FLAT).any() else float("nan")
+
+
+def _third(signal: Array, used: Mask, speed: Array | None, step: int) -> float:
+    """Size of third differences over so many samples, as of one sample of white noise."""
+    rows = [slice(n * step, len(signal) - (3 - n) * step) for n in range(4)]
+    signs = (-1.0, 3.0, -3.0, 1.0)
+    third = sum(sign * signal[row] for sign, row in zip(signs, rows, strict=True))
+    good = used[rows[0]] & used[rows[1]] & used[rows[2]] & used[rows[3]]
     if not good.any():
         return float("nan")
     if speed is not None:
-        fastest = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 4).max(axis=1)
-        good &= fastest <= np.quantile(fastest[good], _SLOWEST)
-    return float(np.median(np.abs(third[good])) / 0.6745 / np.sqrt(20.0))
+        windows = np.lib.stride_tricks.sliding_window_view(np.abs(speed), 3 * step + 1)
+        fastest = windows.max(axis=1)
+        good = good & (fastest <= np.quantile(fastest[good], _SLOWEST))
+    return float(np.median(np.abs(np.asarray(third)[good])) / 0.6745 / np.sqrt(20.0))

@@ -30,7 +30,7 @@ _FELT = 1e-4
 
 def with_body_errors(problems: Sequence[RegressionProblem]) -> list[RegressionProblem]:
     """The problems with errors of stated bodies; combinations that the first one feels, the same in all."""
-    columns = [_columns(problem.scene) for problem in problems]
+    columns = [problem.from_datum(_columns(problem.scene)) for problem in problems]
     if not columns[0].shape[2]:
         return list(problems)
     felt = columns[0][problems[0].mask]

@@ -7,15 +7,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from identify.core.arrays import Array
-from identify.core.correlated import covariance, white_level
+from identify.core.correlated import white_level
 from identify.explain.cross_check import cross_check
 from identify.explain.effects.base import MotionEffect, Target
+from identify.explain.intervals import intervals
 from identify.explain.loop import Explanation
 from identify.explain.problem import UNITS
-from identify.explain.regression import Fit, RegressionProblem, aligned, jacobian, parameter_prior, solve
+from identify.explain.regression import Fit, RegressionProblem, aligned, solve
+from identify.explain.resonance import resonance_warnings
 from identify.explain.screen import at_edge
 from identify.explain.workbench import rms
 from identify.results.explain import (
@@ -37,6 +38,7 @@ def evaluated(
     tests: Sequence[RegressionProblem],
     found: Explanation,
     effects: Sequence[MotionEffect],
+    lowpass_hz: float,
 ) -> TargetResult:
     """Everything that is reported of one target; tests: records that nothing depended on."""
     start = found.start
@@ -72,6 +74,7 @@ def evaluated(
             tuple(effect.name for effect in effects), tuple(effect.sentence() for effect in effects)
         ),
         body_errors=found.fit.body_errors,
+        warnings=resonance_warnings(target, judge, aligned(judge, found.fit), lowpass_hz),
         pairs=cross_check(fitted, judge, tests, start, found.fit),
         tests={test.name: Unseen(rms(test, start), rms(test, aligned(test, found.fit))) for test in tests},
     )
@@ -100,21 +103,6 @@ def _effect_table(found: Explanation) -> EffectTable:
         rivals=tuple(", ".join(found.rivals[n]) for n in order),
         reading=tuple(effect.reading(found.fit.of(effect)) for effect in effects),
     )
-
-
-def intervals(problem: RegressionProblem, fit: Fit) -> tuple[Array, Array]:
-    """Values of all effects, coefficients then nonlinear parameters of each, and half their 95 % intervals;
-    infinite where nothing determines them.
-
-    A nonlinear parameter searched on a log scale has the interval of the value itself, by its derivative.
-    """
-    columns = jacobian(problem, fit) * fit.weights[None, :, None]
-    matrix, freedom = covariance(
-        columns, fit.residual(problem) * fit.weights, problem.mask, parameter_prior(problem, fit)
-    )
-    values = np.concatenate([fit.of(effect) for effect in fit.effects]) if fit.effects else np.zeros(0)
-    half = scipy.special.stdtrit(freedom, 0.975) * np.sqrt(np.maximum(np.diag(matrix), 0.0))[: len(values)]
-    return values, np.where(half > 0, half, np.inf)
 
 
 def _value_table(fitted: RegressionProblem, judge: RegressionProblem, found: Explanation) -> ValueTable:
@@ -153,9 +141,8 @@ def _bound_table(
     for effect in effects:
         if effect.name in there or len(effect.coefficients) > 1 or effect.parameters(fitted.scene):
             continue
-        added = solve(
-            fitted, [*found.fit.effects, effect], [*found.fit.nonlinear, np.zeros(0)], found.fit.weights
-        )
+        nonlinear = [*found.fit.nonlinear, np.zeros(0)]
+        added = solve(fitted, [*found.fit.effects, effect], nonlinear, found.fit.weights)
         values, half = intervals(fitted, added)
         rows.append(
             (

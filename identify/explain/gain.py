@@ -34,6 +34,7 @@ def record_gain(
     does (Schwarz 1978).
     """
     (old, price), (new, other_price) = (_left(problem, fit, fitted) for fit in (before, after))
+    old, new = _of_springs(problem, (before, old), (after, new))
     size = np.abs(old).max(axis=0)
     touch = _TOUCH if problem.bodies is None else _MOVED
     touched = [
@@ -60,6 +61,33 @@ def record_gain(
     return Gain(
         float(log_odds) + price - other_price + relief, explained, chance < _CHANCE, True, parts, chance
     )
+
+
+def _of_springs(
+    problem: RegressionProblem, before: tuple[Fit, Array], after: tuple[Fit, Array]
+) -> tuple[Array, Array]:
+    """What two fits leave (samples, joints), as torque at joints where both have a spring.
+
+    The errors there are those of the torque (`identify.explain.effects.joint_stiffness`), and a compliance
+    carries them into the deflection: a stiffer spring leaves less of the same errors, which is no gain.
+    """
+    sizes = [np.ones(left.shape[1]) for _, left in (before, after)]
+    for row, axis in enumerate(problem.scene.axes):
+        springs = [_spring(problem, fit, axis) for fit, _ in (before, after)]
+        if None not in springs:
+            for size, compliance in zip(sizes, springs, strict=True):
+                size[row] = compliance
+    mean = np.sqrt(sizes[0] * sizes[1])
+    return before[1] * (mean / sizes[0]), after[1] * (mean / sizes[1])
+
+
+def _spring(problem: RegressionProblem, fit: Fit, axis: int) -> float | None:
+    """The compliance that a fit has at a joint, of one that hardens a mean one."""
+    for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
+        if effect.axis == axis and effect.instruments(problem.scene, parameters) is not None:
+            bent = problem.columns_where(effect, parameters).values[:, 0, 0] * fit.of(effect)[0]
+            return float(np.sqrt((bent**2).sum() / (problem.scene.load[:, axis - 1] ** 2).sum())) or None
+    return None
 
 
 def loses_a_direction(problem: RegressionProblem, before: Fit, after: Fit, fitted: RegressionProblem) -> bool:

@@ -4,8 +4,9 @@ joints.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -13,16 +14,16 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
+from identify.explain.load_side import load_side
 from identify.explain.recorded_motion import (
     AS_STATED,
     RecordedMotion,
     StatedUncertainty,
     of_drives,
-    of_joints,
     through_gears,
 )
 from identify.explain.regression import Fit, RegressionProblem
-from identify.measured.conditioning import ConditionedMotion
+from identify.measured.conditioning import ConditionedMotion, slow_part
 from identify.robot.description import Robot
 from identify.robot.inverse_dynamics import RigidArm
 
@@ -48,10 +49,15 @@ class Known:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint (drives, joints), where not each with its own alone."""
+    by_links: bool = True
+    """Whether links move as they were recorded, where they were; else as their motors."""
 
 
-def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
-    """A motion with the torques that its rigid links need; InputError where a joint was not recorded."""
+def scene_of(motion: ConditionedMotion, known: Known, latency: Array | None = None) -> RecordedMotion:
+    """A motion with the torques that its rigid links need; InputError where a joint was not recorded.
+
+    latency (joints,), s: how much later link-side positions were read than the motors'.
+    """
     for what, values in (("motor_position", motion.position), ("motor speed", motion.velocity)):
         if not np.isfinite(values).all():
             joint = int(np.argmin(np.isfinite(values).all(axis=0))) + 1
@@ -59,7 +65,9 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
             raise InputError(
                 f"record {motion.name}", f"no {what} of joint {joint}", "one of every joint", fix
             )
-    arm = RigidArm(known.robot, motion.position, motion.velocity, motion.acceleration)
+    recorded = known.by_links and motion.link_position is not None
+    links = load_side(motion if recorded else replace(motion, link_position=None), latency)
+    arm = RigidArm(known.robot, links.position, links.velocity, links.acceleration)
     return RecordedMotion(
         time_s=motion.time_s,
         position=of_drives(motion.position, known.coupling),
@@ -78,6 +86,9 @@ def scene_of(motion: ConditionedMotion, known: Known) -> RecordedMotion:
         payload=known.payload,
         starts=motion.starts,
         names=motion.names or (motion.name,),
+        turning=None if motion.turning is None else of_drives(motion.turning, known.coupling),
+        stated_rotors=known.rotor_inertia,
+        links=links if recorded else None,
     )
 
 
@@ -121,9 +132,13 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
     if motion.link_position is None:
         raise ValueError("no link-side position")
     rows = [joint - 1 for joint in known.joints]
-    bent = of_drives(motion.position - motion.link_position, known.coupling)
+    link = motion.link_position
+    if scene.links is not None:
+        link = np.where(np.isfinite(link), scene.links.read_late, np.nan)
+    bent = of_drives(motion.position - link, known.coupling)
     left = _finite(bent[:, rows], known.joints, motion, "link_position")
-    return RegressionProblem(motion.name, scene, left, _moving(motion, scene), datum="constant")
+    slow, moving = _slow_part(motion, scene), _moving(motion, scene)
+    return RegressionProblem(motion.name, scene, left, moving, datum="constant", slow_part=slow)
 
 
 def tracking_problem(motion: ConditionedMotion, scene: RecordedMotion, known: Known) -> RegressionProblem:
@@ -157,21 +172,36 @@ def loaded(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
 def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     """A deflection without the second order of the sensors' latencies T as the fit knows them, - a T^2 / 2.
 
-    Acceleration goes with torque, so that it would look like stiffness.
+    Acceleration goes with torque, so that it would look like stiffness.  Where links were read earlier by the
+    latency, that is done (`identify.explain.load_side`).
     """
+    if problem.scene.links is not None:
+        return problem
     target, scene = problem.target.copy(), problem.scene
-    acceleration = of_joints(scene.acceleration, scene.coupling)
     for effect in fit.effects:
         if effect.kind == "sensor-latency":
-            bent = acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
+            bent = scene.link_acceleration[:, effect.axis - 1] * fit.of(effect)[0] ** 2 / 2
             target += scene.of_joint(effect.axis, bent)[:, :, 0]
     return replace(problem, target=target, searched={})
+
+
+def _slow_part(motion: ConditionedMotion, scene: RecordedMotion) -> Callable[[Array], Array] | None:
+    """What counts where loads are those of links: a gear that is bent by accelerations is bent by those above
+    the low-pass too, of which nothing is known.
+    """
+    if scene.links is None:
+        return None
+    return partial(_slow_of_each, scene.records, motion.lowpass_hz, motion.sample_rate_hz)
+
+
+def _slow_of_each(records: Sequence[slice], lowpass_hz: float, rate: float, values: Array) -> Array:
+    return np.concatenate([slow_part(values[record], lowpass_hz, rate) for record in records])
 
 
 def _moving(motion: ConditionedMotion, scene: RecordedMotion) -> Mask:
     """Samples (samples, examined joints) at which a drive moves, away from the ends of the record."""
     rows = [joint - 1 for joint in scene.axes]
-    return np.asarray((np.abs(scene.velocity[:, rows]) > scene.slow) & motion.inside[:, None])
+    return np.asarray((np.abs(scene.travel[:, rows]) > scene.slow) & motion.inside[:, None])
 
 
 def _finite(values: Array, joints: Sequence[int], motion: ConditionedMotion, what: str) -> Array:

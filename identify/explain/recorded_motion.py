@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.explain.load_side import LoadSide
 from identify.robot.inverse_dynamics import RigidArm
 
 
@@ -89,6 +90,12 @@ class RecordedMotion:
     stated: StatedUncertainty = AS_STATED
     coupling: Array | None = None
     """How far each drive turns with each joint, (drives, joints), where not each with its own alone."""
+    turning: Array | None = None
+    """Speed of the drives whose sign is their direction of travel; default: velocity."""
+    stated_rotors: Array | None = None
+    """Inertias of the rotors (joints,), kg m^2, as far as they are known."""
+    links: LoadSide | None = None
+    """Motion of the links, where it was recorded."""
     cache: dict[object, Array] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -129,6 +136,46 @@ class RecordedMotion:
         """Speeds of the joints (samples, joints), rad/s."""
         return of_joints(self.velocity, self.coupling)
 
+    @property
+    def rotor_inertia(self) -> Array:
+        """Inertias of the rotors (joints,), kg m^2, zero where nothing is stated."""
+        return np.zeros(len(self.gear_ratio)) if self.stated_rotors is None else self.stated_rotors
+
+    @property
+    def link_velocity(self) -> Array:
+        """Speeds of the links (samples, joints), rad/s: those of the joints where no others are known."""
+        return self.joint_velocity if self.links is None else self.links.velocity
+
+    @property
+    def link_acceleration(self) -> Array:
+        """Accelerations of the links (samples, joints), rad/s^2."""
+        if self.links is not None:
+            return self.links.acceleration
+        return of_joints(self.acceleration, self.coupling)
+
+    @cached_property
+    def deflection(self) -> Array | None:
+        """How far each gear is bent (samples, joints), rad, slow part alone; None where it was not
+        recorded.
+        """
+        return None if self.links is None else of_drives(self.links.deflection, self.coupling)
+
+    @cached_property
+    def deflection_rate(self) -> Array:
+        """How fast each gear is bent (samples, joints), rad/s; zero where it was not recorded."""
+        if self.links is None:
+            return np.zeros_like(self.velocity)
+        return self.velocity - of_drives(self.links.velocity, self.coupling)
+
+    @property
+    def travel(self) -> Array:
+        """Speed of the drives (samples, joints), rad/s, for its sign and for whether they move."""
+        return self.velocity if self.turning is None else self.turning
+
+    def waves_travelled(self, axis: int, order: float) -> float:
+        """How many of so many waves per turn of a joint it passes between its ends."""
+        return float(np.ptp(self.position[:, axis - 1])) * order / (2 * np.pi)
+
     def direction(self, axis: int) -> Array:
         """Direction of travel (samples,), -1 to 1, smooth where the joint hardly moves."""
-        return np.asarray(np.tanh(2 * self.velocity[:, axis - 1] / self.slow))
+        return np.asarray(np.tanh(2 * self.travel[:, axis - 1] / self.slow))

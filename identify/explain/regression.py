@@ -4,7 +4,7 @@ outside (variable projection).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal
@@ -69,6 +69,10 @@ class RegressionProblem:
     target: Array
     mask: Mask
     datum: Datum
+    slow_part: Callable[[Array], Array] | None = None
+    """The part (samples, ...) of target and columns that counts, where not all of it does: as far as speeds
+    and accelerations are known.
+    """
     bodies: Array | None = None
     """What errors of rigid bodies within their stated uncertainty add, (samples, joints, k), each column for
     one standard deviation of its own: `identify.explain.body_errors`.
@@ -110,15 +114,23 @@ class RegressionProblem:
             self.remembered[key] = Columns(joints, np.ascontiguousarray(found[:, joints]))
         return self.remembered[key]
 
+    def instruments_where(self, effect: MotionEffect, parameters: Array) -> Array | None:
+        """Instruments (samples, joints where it acts, coefficients) of an effect, if it has any."""
+        found = effect.instruments(self.scene, parameters)
+        if found is None:
+            return None
+        return np.ascontiguousarray(self.from_datum(found)[:, self.columns_where(effect, parameters).joints])
+
     @cached_property
     def wanted(self) -> Array:
-        """The target (samples, joints) without its datum."""
+        """What counts of the target (samples, joints), without its datum."""
         return self.from_datum(self.target)
 
     def from_datum(self, values: Array) -> Array:
-        """Values (samples, joints, ...) without the datum of each record and joint, by least squares over the
-        samples that count.
+        """What counts of values (samples, joints, ...), without the datum of each record and joint, by least
+        squares over the samples that count.
         """
+        values = values if self.slow_part is None else self.slow_part(values)
         return values if self.datum == "none" else values - self.datum_of(values)
 
     def datum_of(self, values: Array) -> Array:
@@ -173,7 +185,9 @@ class Fit:
         return replace(self, coefficients=changed)
 
     def predict(self, problem: RegressionProblem) -> Array:
-        """What the effects add up to on a record, (samples, joints), from the record's own datum."""
+        """What the effects add up to on a record, (samples, joints), from the record's own datum and what
+        does not count.
+        """
         total, first = problem.target - problem.wanted, 0
         for effect, parameters in zip(self.effects, self.nonlinear, strict=True):
             last = first + len(effect.coefficients)
@@ -209,6 +223,22 @@ def design(problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinea
     return found
 
 
+def instruments(
+    problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array]
+) -> Array | None:
+    """What residuals are made orthogonal to, like `design`; None where that is the columns themselves."""
+    own = [problem.instruments_where(*one) for one in zip(effects, nonlinear, strict=True)]
+    if all(part is None for part in own):
+        return None
+    found, first = design(problem, effects, nonlinear), 0
+    for effect, parameters, part in zip(effects, nonlinear, own, strict=True):
+        last = first + len(effect.coefficients)
+        if part is not None:
+            found[:, problem.columns_where(effect, parameters).joints, first:last] = part
+        first = last
+    return found
+
+
 def expected_size(problem: RegressionProblem, effects: Sequence[MotionEffect]) -> Array:
     """One over the standard deviation that each coefficient (p,) is expected to have before the data speak;
     zero where it may be anything.
@@ -224,23 +254,31 @@ def strain(problem: RegressionProblem, fit: Fit) -> Array:
 
 
 def solve(
-    problem: RegressionProblem, effects: Sequence[MotionEffect], nonlinear: Sequence[Array], weights: Array
+    problem: RegressionProblem,
+    effects: Sequence[MotionEffect],
+    nonlinear: Sequence[Array],
+    weights: Array,
+    *,
+    plain: bool = False,
 ) -> Fit:
     """The best coefficients for given nonlinear parameters, and for what is expected of them; of columns that
-    cannot be told apart, the smallest.
+    cannot be told apart, the smallest; plain: by least squares, whatever instruments there are.
     """
     columns, weight = design(problem, effects, nonlinear), np.where(problem.mask, weights, 0.0)
-    rows = (columns * weight[:, :, None]).reshape(weight.size, columns.shape[2])
-    products, pull = rows.T @ rows, rows.T @ (problem.wanted * weight).ravel()
-    scale = np.sqrt(np.diag(products))
-    scale[scale == 0] = 1.0
+    rows = _weighted(columns, weight)
+    other = None if plain else instruments(problem, effects, nonlinear)
+    probes = rows if other is None else _weighted(other, weight)
+    products, pull = probes.T @ rows, probes.T @ (problem.wanted * weight).ravel()
+    scale, own = (np.where((size := np.sqrt((of**2).sum(axis=0))) > 0, size, 1.0) for of in (rows, probes))
     prior = expected_size(problem, effects) / scale
-    values, vectors = np.linalg.eigh(products / np.outer(scale, scale) + np.diag(prior**2))
-    inverse = np.where(
-        values > RANK * max(values.max(initial=0.0), 1e-300), 1 / np.maximum(values, 1e-300), 0.0
-    )
-    coefficients = vectors @ (inverse * (vectors.T @ (pull / scale))) / scale
+    matrix = products / np.outer(own, scale) + np.diag(prior**2)
+    coefficients = np.linalg.pinv(matrix, rcond=RANK, hermitian=other is None) @ (pull / own) / scale
     return Fit(tuple(effects), tuple(nonlinear), coefficients, weights)
+
+
+def _weighted(columns: Array, weight: Array) -> Array:
+    """(samples * joints, p) of columns (samples, joints, p) and weights (samples, joints)."""
+    return np.asarray((columns * weight[:, :, None]).reshape(weight.size, columns.shape[2]))
 
 
 def aligned(problem: RegressionProblem, fit: Fit) -> Fit:
@@ -276,14 +314,18 @@ def without(problem: RegressionProblem, fit: Fit, name: str) -> Fit:
     return solve(problem, [fit.effects[n] for n in kept], [fit.nonlinear[n] for n in kept], fit.weights)
 
 
-def jacobian(problem: RegressionProblem, fit: Fit) -> Array:
+def jacobian(problem: RegressionProblem, fit: Fit, *, probes: bool = False) -> Array:
     """Derivatives of the prediction (samples, joints, coefficients + nonlinear parameters) in the order of
-    `values`, nonlinear parameters by differences; errors of stated bodies last.
+    `values`, nonlinear parameters by differences; errors of stated bodies last.  probes: what residuals are
+    made orthogonal to, in their place.
     """
     found = [np.zeros((*problem.target.shape, 0))]
     for effect, parameters in zip(fit.effects, fit.nonlinear, strict=True):
         coefficients = fit.of(effect)[: len(effect.coefficients)]
         found.append(problem.columns(effect, parameters))
+        own = problem.instruments_where(effect, parameters) if probes else None
+        if own is not None:
+            found[-1][:, problem.columns_where(effect, parameters).joints] = own
         for number, bound in enumerate(effect.parameters(problem.scene)):
             step = np.zeros(len(parameters))
             step[number] = _STEP * (parameters[number] if bound.log else bound.upper - bound.lower)

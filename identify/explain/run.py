@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -24,13 +24,21 @@ from identify.explain.problem import (
     curved,
     deflection_problem,
     loaded,
-    scene_of,
     torque_problem,
     tracking_problem,
 )
 from identify.explain.recorded_motion import RecordedMotion, StatedUncertainty, of_joints
 from identify.explain.regression import Fit, RegressionProblem
 from identify.explain.sentences import notes, unknown, verdict
+from identify.explain.stages import (
+    Problems,
+    Recorded,
+    Tools,
+    scenes_of,
+    story_of,
+    torque_effects,
+    was_recorded,
+)
 from identify.explain.study import (
     USES,
     BodyUncertainty,
@@ -65,71 +73,6 @@ _PREPARE: dict[Target, Callable[[ConditionedMotion, RecordedMotion, Known], Regr
 }
 
 
-@dataclass(frozen=True)
-class _Problems:
-    """One target on the records that are fitted, on those that judge, and on those that are only reported."""
-
-    fitted: RegressionProblem
-    judge: RegressionProblem
-    tests: tuple[RegressionProblem, ...] = ()
-
-    @classmethod
-    def of(cls, problems: Sequence[RegressionProblem]) -> _Problems:
-        """Out of all of them in this order."""
-        return cls(problems[0], problems[1], tuple(problems[2:]))
-
-    def each(self, change: Callable[[RegressionProblem], RegressionProblem]) -> _Problems:
-        """All of them changed."""
-        return _Problems(change(self.fitted), change(self.judge), tuple(map(change, self.tests)))
-
-    @property
-    def scenes(self) -> list[RecordedMotion]:
-        """The motions, in the same order."""
-        return [problem.scene for problem in (self.fitted, self.judge, *self.tests)]
-
-
-@dataclass(frozen=True)
-class _Tools:
-    """What all stages share: what was computed, and who computes ahead."""
-
-    memory: Memory
-    workers: Processes | None
-
-    def bench(
-        self,
-        pair: _Problems,
-        effects: Sequence[MotionEffect],
-        label: str,
-        begun: Fit | None = None,
-        examined: frozenset[str] = frozenset(),
-    ) -> RecordWorkbench:
-        """The workbench of a stage."""
-        return RecordWorkbench(
-            pair.fitted, pair.judge, effects, label, self.memory, begun, examined, self.workers
-        )
-
-
-@dataclass(frozen=True)
-class _Recorded:
-    """Conditioned motions: all to fit in a row, all to judge by in a row, and each that is only reported."""
-
-    fitted: ConditionedMotion
-    judge: ConditionedMotion
-    tests: tuple[ConditionedMotion, ...]
-
-    def problems(
-        self, prepare: Callable[..., RegressionProblem], scenes: Sequence[RecordedMotion], known: Known
-    ) -> _Problems:
-        """A target of all of them."""
-        made = [prepare(motion, scene, known) for motion, scene in zip(self.all, scenes, strict=True)]
-        return _Problems.of(made)
-
-    @property
-    def all(self) -> tuple[ConditionedMotion, ...]:
-        """In the order of the problems."""
-        return self.fitted, self.judge, *self.tests
-
-
 def run_explain(
     config: Path,
     out: Path | None = None,
@@ -153,7 +96,7 @@ def run_explain(
         known = known_of(file.study, robot)
         records = read_records(file, robot)
         each = {use: [conditioned(r, file.study, known) for r in records[use]] for use in USES}
-        motions = _Recorded(in_a_row(each["fit"]), in_a_row(each["validate"]), tuple(each["test"]))
+        motions = Recorded(in_a_row(each["fit"]), in_a_row(each["validate"]), tuple(each["test"]))
         treated = [motion for use in USES for motion in each[use]]
         origin = _provenance(file, records)
         key = run_key(origin, file)
@@ -256,30 +199,34 @@ def read_records(file: ExplainFile, robot: Robot) -> Records:
 
 def explained(
     study: ExplainStudy,
-    motions: _Recorded,
+    motions: Recorded,
     known: Known,
     story: Story | None = None,
     memory: Memory | None = None,
     workers: Processes | None = None,
 ) -> dict[str, TargetResult]:
     """Every target that the records have: torque, then deflection with the torques found, then tracking."""
-    story, tools = story or Story(), _Tools(Memory() if memory is None else memory, workers)
-    scenes = [scene_of(motion, known) for motion in motions.all]
-    tried = candidates("torque", scenes[0], study.effects)
+    story, tools = story or Story(), Tools(Memory() if memory is None else memory, workers)
+    scenes = scenes_of(motions, known, study, story, tools)
+    tried = torque_effects(candidates("torque", scenes[0], study.effects), scenes[0])
     torque = motions.problems(torque_problem, scenes, known)
-    torque = _Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
-    torque, found = _torque_explained(torque, tried, _of(story, "torque"), tools)
-    done = {"torque": evaluated("torque", torque.fitted, torque.judge, torque.tests, found, tried)}
+    torque = Problems.of(with_body_errors((torque.fitted, torque.judge, *torque.tests)))
+    torque, found = _torque_explained(torque, tried, story_of(story, "torque"), tools)
+    done = {
+        "torque": evaluated(
+            "torque", torque.fitted, torque.judge, torque.tests, found, tried, study.lowpass_hz
+        )
+    }
     for target, prepare in _PREPARE.items():
-        if all(_recorded(motion, target) for motion in motions.all):
+        if all(was_recorded(motion, target) for motion in motions.all):
             problems = motions.problems(prepare, torque.scenes, known)
-            done[target] = _explained(target, problems, study, _of(story, target), tools)
+            done[target] = _explained(target, problems, study, story_of(story, target), tools)
     return done
 
 
 def _torque_explained(
-    pair: _Problems, tried: list[MotionEffect], story: Story, tools: _Tools
-) -> tuple[_Problems, Explanation]:
+    pair: Problems, tried: list[MotionEffect], story: Story, tools: Tools
+) -> tuple[Problems, Explanation]:
     """Torques with the loads of the gears as they are known at the end, and their explanation.
 
     What passes through the gears changes the loads of which other effects are made: a wrong torque constant
@@ -304,7 +251,7 @@ def _torque_explained(
 
 
 def _explained(
-    target: Target, pair: _Problems, study: ExplainStudy, story: Story, tools: _Tools
+    target: Target, pair: Problems, study: ExplainStudy, story: Story, tools: Tools
 ) -> TargetResult:
     """A target that is linear in what the torque's explanation left behind; latencies to second order."""
     tried = candidates(target, pair.fitted.scene, study.effects)
@@ -314,15 +261,16 @@ def _explained(
     bench = tools.bench(pair, tried, label, first, examined)
     fit, more = grow(bench, story)
     found = conclude(bench, fit, [*steps, *more])
-    return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried)
+    return evaluated(target, pair.fitted, pair.judge, pair.tests, found, tried, study.lowpass_hz)
 
 
-def _with_loads(pair: _Problems, fit: Fit) -> _Problems:
+def _with_loads(pair: Problems, fit: Fit) -> Problems:
+    """With the loads of a fit; of links whose accelerations were recorded, as the stated bodies have them, so
+    that no stiffness hangs on what else was found in torques.
+    """
+    if pair.fitted.scene.links is not None:
+        return pair
     return pair.each(partial(loaded, fit=fit))
-
-
-def _recorded(motion: ConditionedMotion, target: str) -> bool:
-    return (motion.link_position if target == "deflection" else motion.command_position) is not None
 
 
 def conditioned(record: MotionRecord, study: ExplainStudy, known: Known) -> ConditionedMotion:
@@ -346,11 +294,7 @@ def _of_joints(motion: ConditionedMotion, known: Known) -> ConditionedMotion:
         motion,
         position=of_joints(motion.position, known.coupling),
         velocity=of_joints(motion.velocity, known.coupling),
+        turning=None if motion.turning is None else of_joints(motion.turning, known.coupling),
         acceleration=of_joints(motion.acceleration, known.coupling),
         command_position=None if command is None else of_joints(command, known.coupling),
     )
-
-
-def _of(story: Story, target: str) -> Story:
-    """A story of one target."""
-    return Story(lambda sentence: story.say(f"{target}: {sentence}"), story.done)

@@ -15,6 +15,7 @@ _OF = {
     "tracking": "Tracking error (command minus motor position)",
 }
 _SCALE = {"N m": (1.0, "N m"), "rad": (1e3 * 180 / np.pi, "millidegrees")}
+_SPRINGS = ("joint-compliance", "damped-compliance")
 _FEW = 0.01
 _CLOSE = 2.0
 
@@ -75,7 +76,7 @@ def notes(found: TargetResult) -> list[str]:
     """Warnings: values at an end of their range, values that the two records disagree on, and a residual far
     above noise.
     """
-    said = []
+    said = list(found.warnings)
     v = found.values
     for row in np.flatnonzero(v.at_edge):
         said.append(
@@ -113,6 +114,22 @@ def _unconfirmed(found: TargetResult) -> list[str]:
     return said
 
 
+def _behind_the_gear(found: TargetResult) -> list[str]:
+    """Latencies beside springs, which friction behind the gear is like."""
+    v = found.values
+    at = {(name, what): value for name, what, value in zip(v.effect, v.name, v.value, strict=True)}
+    said = []
+    for joint in found.joints:
+        latency = at.get((f"joint{joint}.sensor-latency", "latency"))
+        soft = [at.get((f"joint{joint}.{kind}", "compliance")) for kind in _SPRINGS]
+        if latency and (compliance := next(filter(None, soft), None)):
+            said.append(
+                f"whether the link-side sensor of joint {joint} is late, or viscous friction of"
+                f" {latency / compliance:.3g} N m s/rad acts behind its gear: both bend it with speed"
+            )
+    return said
+
+
 def _is_phase(found: TargetResult, row: int) -> bool:
     """Whether a value is the cosine or sine of a harmonic, whose phase depends on where a record counts
     from.
@@ -138,6 +155,13 @@ def unknown(found: TargetResult) -> list[str]:
             said.append(
                 f"whether it is {found.words(name)}, or {others}: these records do not tell them apart"
             )
+    said += _behind_the_gear(found)
+    unsure = [str(joint) for joint, noise in zip(found.joints, found.noise, strict=True) if np.isnan(noise)]
+    if unsure:
+        said.append(
+            f"how far the {found.target} of joint {', '.join(unsure)} is above its noise: behind a filter, or"
+            " with nothing but what is smooth in it, noise is not told from the signal, so there is no gap"
+        )
     far = [
         f"joint {joint} ({gap:.2g})"
         for joint, gap in zip(found.joints, found.gap, strict=True)

@@ -20,6 +20,7 @@ from identify.core.interruption import check
 from identify.core.latest import Latest
 from identify.explain.effects.base import MotionEffect
 from identify.explain.gain import loses_a_direction, record_gain, samples
+from identify.explain.intervals import told_from_nothing
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
 from identify.explain.workers import Stage, ahead
@@ -194,6 +195,10 @@ class RecordWorkbench:
         tried = frozenset(effect.name for effect in self.effects)
         return Stage(self.fitted, self.judge, self.label, tried)
 
+    @cached_property
+    def _told(self) -> Latest[dict[MotionEffect, bool]]:
+        return Latest(1)
+
     def _ahead(self, jobs: Callable[[], Sequence[_Search | _Comparison]]) -> None:
         """Have it computed by the workers, where there are any."""
         if self.workers is not None:
@@ -333,8 +338,9 @@ class RecordWorkbench:
         return not effect.harmonic
 
     def implausible(self, model: Fit, effect: MotionEffect) -> bool:
-        """Whether its sign, or what it found, cannot be."""
-        return not effect.possible(model.of(effect))
+        """Whether its sign, or what it found, cannot be, or need not be anything."""
+        told = self._told.of((model,), lambda: told_from_nothing(self.fitted, model))
+        return not (effect.possible(model.of(effect)) and told[effect])
 
     def size(self, model: Fit, effect: MotionEffect) -> int:
         """Coefficients, and parameters inside the columns."""

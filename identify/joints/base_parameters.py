@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.joints.arm_motion import ArmMotion
-from identify.joints.base_set import UNITS, BaseSet, standard_names, standard_values
+from identify.joints.base_set import OF_MOTOR, UNITS, BaseSet, standard_names, standard_values
 from identify.joints.data import JointTestData
 from identify.joints.intervals import in_time, symmetric, table
 from identify.results.joints import CurveResult
@@ -37,9 +37,12 @@ class BaseParameters(ArmMotion):
                 reach,
                 expected=expected,
                 meaning=meaning,
+                positive=positive,
             )
-            for n, value, reach, expected, meaning in zip(
-                chosen.kept, values, half, _expected(arm.robot, chosen), chosen.meanings, strict=True
+            for n, value, reach, expected, meaning, positive in zip(
+                *(chosen.kept, values, half, _expected(arm.robot, chosen), chosen.meanings),
+                _positive(chosen),
+                strict=True,
             )
         ]
         said = (
@@ -68,6 +71,13 @@ def _expected(robot: Robot, chosen: BaseSet) -> Array:
     stated = np.where([name.rsplit(".", 1)[0] in unknown for name in names], np.nan, standard_values(robot))
     known = np.concatenate([stated, np.full(len(chosen.names), np.nan)])[: len(chosen.names)]
     return np.array([np.sum(row[row != 0] * known[row != 0]) for row in chosen.regrouping])
+
+
+def _positive(chosen: BaseSet) -> list[bool]:
+    """Which are inertias of rotors or friction, with nothing else in them."""
+    alone = np.count_nonzero(chosen.regrouping, axis=1) == 1
+    whats = [chosen.names[n].rsplit(".", 1)[1] for n in chosen.kept]
+    return [bool(one) and what in OF_MOTOR for one, what in zip(alone, whats, strict=True)]
 
 
 def _condition(rows: Array) -> float:

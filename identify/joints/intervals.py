@@ -1,5 +1,5 @@
 """95 % intervals of least-squares values by the scatter of what is left, and what they say: determined, weak,
-not determined.
+not determined, or impossible.
 """
 
 from __future__ import annotations
@@ -22,6 +22,8 @@ _BLIND = 1e-4
 _SURE = np.log(2) / 2 * SIGMAS_95
 """Half interval over value up to which a value counts as determined, as in `identify.fitting.uncertainty`."""
 DETERMINED, WEAK, ZERO, BLIND = "determined", "weak", "not told from zero", "not determined"
+IMPOSSIBLE = "cannot be negative"
+"""Of a value whose whole interval is where it cannot be: what is not in the model pulls it there."""
 AS_DESCRIBED = "as described"
 """Of a value that rests on the robot's description rather than on the runs."""
 
@@ -29,7 +31,7 @@ AS_DESCRIBED = "as described"
 @dataclass(frozen=True)
 class Value:
     """One value with its interval; plain: an angle or a constant that may well be zero, so its size says
-    nothing about how sure it is.
+    nothing about how sure it is; positive: an inertia or a friction, which cannot be below zero.
     """
 
     name: str
@@ -40,6 +42,7 @@ class Value:
     plain: bool = False
     expected: float = float("nan")
     meaning: str = ""
+    positive: bool = False
 
     @property
     def status(self) -> str:
@@ -49,6 +52,8 @@ class Value:
             return BLIND
         if self.plain:
             return DETERMINED
+        if self.positive and self.high < 0:
+            return IMPOSSIBLE
         if self.low <= 0 <= self.high:
             return ZERO
         return DETERMINED if half <= _SURE * abs(self.value) else WEAK

@@ -14,7 +14,7 @@ from identify.core.interruption import check
 from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.joints.data import JointTestData
-from identify.joints.intervals import AS_DESCRIBED, BLIND, WEAK, ZERO
+from identify.joints.intervals import AS_DESCRIBED, BLIND, IMPOSSIBLE, WEAK, ZERO
 from identify.joints.study import JointFile, bench_of, read_joint_study
 from identify.measured.quality_robot import robot_notes
 from identify.results import file as result_file
@@ -93,7 +93,7 @@ def _sentence(label: str, found: CurveResult) -> str:
     status = np.array(found.values.status)
     count = len(status)
     said = f"{label}: {int((status == 'determined').sum())} of {count} values determined"
-    for what in (WEAK, ZERO, BLIND, AS_DESCRIBED):
+    for what in (IMPOSSIBLE, WEAK, ZERO, BLIND, AS_DESCRIBED):
         names = [name for name, state in zip(found.values.name, status, strict=True) if state == what]
         if names:
             said += f"; {what}: {', '.join(names)}" if len(names) <= 8 else f"; {what}: {len(names)}"

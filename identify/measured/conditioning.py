@@ -1,8 +1,13 @@
-"""From a record to a motion: resampled, differentiated behind a zero-phase low-pass, and said so.
+"""From a record to a motion: resampled, differentiated behind a low-pass, and said so.
 
-Speed and acceleration come from the recorded speed where there is one, else from the position; both through a
-Butterworth filter of fourth order run forwards and backwards (eighth order in all, no phase), then by central
-differences.  Positions and torques are not filtered, so that what is explained is what was measured.
+Speed and acceleration come from the recorded speed where there is one, else from the position, by central
+differences of which only the cosines up to `lowpass_hz` are kept, made as large as derivatives are.
+Positions and torques are not filtered, so that what is explained is what was measured.
+
+Cosines, because they are orthogonal: what a column P x made of them explains of a signal y by least squares,
+<P x, y> / <P x, P x>, is what P x explains of P y, wherever P cuts.  A filter H that falls gradually is no
+projection; where it has fallen to a half, <H x, y> / <H x, H x> is twice what it should be, so that a
+resonance near `lowpass_hz` would look twice as soft.
 """
 
 from __future__ import annotations
@@ -46,6 +51,14 @@ class ConditionedMotion:
     """First sample of each record, where there are several in a row."""
     names: tuple[str, ...] = ()
     """Of the several records."""
+    lowpass_hz: float = np.inf
+    """Up to which speed and acceleration are known."""
+    turning: Array | None = None
+    """Speed behind a filter that falls gradually, which rings less where a joint stops: for its direction,
+    and whether it moves at all.
+    """
+    link_velocity: Array | None = None
+    link_acceleration: Array | None = None
 
 
 def condition(
@@ -79,8 +92,12 @@ def condition(
             f"a frequency below {rate / 2:g} Hz",
         )
     position = record.signal("motor_position") if resample_hz is None else signals["motor_position"]
-    velocity, sentence = _speed(signals.get("motor_velocity"), position, lowpass_hz, rate)
-    said.append(sentence)
+    said.append(_origin("motor_velocity" in signals, lowpass_hz))
+    velocity, acceleration = _moved(position, signals.get("motor_velocity"), lowpass_hz, rate)
+    link = signals.get("link_position")
+    of_link: tuple[Array | None, Array | None] = (None, None)
+    if link is not None:
+        of_link = _moved(link, signals.get("link_velocity"), lowpass_hz, rate)
     reach = int(np.ceil(rate / lowpass_hz))
     said.append(f"{reach / rate:.3g} s at either end left out, where the filter has no past or future")
     return ConditionedMotion(
@@ -89,24 +106,52 @@ def condition(
         time_s,
         position,
         velocity,
-        np.gradient(velocity, 1 / rate, axis=0),
+        acceleration,
         _torque(record, signals, torque_constant),
-        signals.get("link_position"),
+        link,
         signals.get("command_position"),
         _inside(time_s, reach, rate, gaps),
         tuple(said),
+        lowpass_hz=lowpass_hz,
+        turning=_lowpass(_speed(position, signals.get("motor_velocity"), rate), lowpass_hz, rate),
+        link_velocity=of_link[0],
+        link_acceleration=of_link[1],
     )
 
 
-def _speed(measured: Array | None, position: Array, lowpass_hz: float, rate: float) -> tuple[Array, str]:
-    """Filtered speeds (samples, joints), of recorded ones if there are any, and in words where from."""
-    origin = "the motor position, differentiated" if measured is None else "the recorded motor speed"
-    speed = np.gradient(position, 1 / rate, axis=0) if measured is None else measured
-    return _lowpass(speed, lowpass_hz, rate), (
-        f"speed from {origin}, and acceleration as its central differences, behind a zero-phase Butterworth"
-        f" low-pass of {lowpass_hz:g} Hz (fourth order, forwards and backwards); positions and torques"
-        " unfiltered"
+def _moved(position: Array, measured: Array | None, lowpass_hz: float, rate: float) -> tuple[Array, Array]:
+    """Speeds and accelerations (samples, joints) up to the low-pass, of recorded speeds if there are any;
+    joints without a signal stay NaN.
+    """
+    speed, times = _speed(position, measured, rate), 1 if measured is None else 0
+    acceleration = np.gradient(speed, 1 / rate, axis=0)
+    return slow_part(speed, lowpass_hz, rate, times), slow_part(acceleration, lowpass_hz, rate, times + 1)
+
+
+def _speed(position: Array, measured: Array | None, rate: float) -> Array:
+    return np.gradient(position, 1 / rate, axis=0) if measured is None else measured
+
+
+def _origin(recorded: bool, lowpass_hz: float) -> str:
+    """In words where speeds come from."""
+    origin = "the recorded motor speed" if recorded else "the motor position, differentiated"
+    return (
+        f"speed from {origin}, and acceleration as its central differences, both of cosines up to"
+        f" {lowpass_hz:g} Hz alone (no phase); positions and torques unfiltered"
     )
+
+
+def slow_part(values: Array, cutoff_hz: float, rate: float, differences: int = 0) -> Array:
+    """Values (samples, ...) of cosines up to a frequency alone: an orthogonal projection.
+
+    differences: how often central differences were taken of them, which make a wave of w radians a sample
+    smaller than its derivative, by sin w / w; that is put right.
+    """
+    waves = scipy.fft.dct(values, axis=0, norm="ortho")
+    angle = np.arange(len(values)) * np.pi / len(values)
+    kept = angle * rate <= 2 * np.pi * cutoff_hz
+    gain = np.where(kept, 1.0 / np.sinc(np.where(kept, angle, 0.0) / np.pi) ** differences, 0.0)
+    return np.asarray(scipy.fft.idct((waves.T * gain).T, axis=0, norm="ortho"))
 
 
 def _inside(time_s: Array, reach: int, rate: float, gaps: Array) -> Mask:
@@ -137,7 +182,10 @@ def in_a_row(motions: Sequence[ConditionedMotion]) -> ConditionedMotion:
         parts = [getattr(motion, name) for motion in motions]
         return None if any(part is None for part in parts) else np.concatenate(parts)
 
-    arrays = ("position", "velocity", "acceleration", "torque", "link_position", "command_position", "inside")
+    arrays = [
+        *("position", "velocity", "acceleration", "torque", "inside", "command_position", "turning"),
+        *("link_position", "link_velocity", "link_acceleration"),
+    ]
     return replace(
         motions[0],
         name=", ".join(motion.name for motion in motions),

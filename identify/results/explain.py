@@ -137,6 +137,7 @@ class Glossary:
 class TargetResult:
     """One kind of history explained.  RMS and noise are in `unit`, (joints,), *_start: before any effect;
     tried: number of candidates; tests: by name, the records that nothing depended on;
+    warnings: what a reader must know before he believes any of it;
     body_errors (k,): combinations of errors of stated bodies, in stated standard deviations; pairs: every
     record judged by every other one.
     """
@@ -159,6 +160,7 @@ class TargetResult:
     glossary: Glossary = field(default_factory=Glossary)
     body_errors: Array = field(default_factory=lambda: np.zeros(0))
     pairs: PairTable = field(default_factory=PairTable)
+    warnings: Texts = ()
 
     def words(self, names: str) -> str:
         """One name, or a list of them, in a few words; as they are where an older file does not say."""

@@ -14,7 +14,7 @@ import pytest
 from identify.explain.body_errors import with_body_errors
 from identify.explain.effects.gravity_balancer import GravityBalancer
 from identify.explain.effects.rigid_body import PayloadMass
-from identify.explain.evaluate import intervals
+from identify.explain.intervals import intervals
 from identify.explain.problem import scene_of, torque_problem
 from identify.explain.regression import solve
 from identify.explain.run import known_of, read_records, run_explain

@@ -48,7 +48,7 @@ def test_an_effect_gains_only_what_it_gains_either_way() -> None:
     """A coefficient that is 2.4 times as large on the judge is half right there, and wrong the other way."""
     one, other = _made(0.5, 1), _made(1.2, 2)
     fits = [solve(one, effects, ONE[: len(effects)], np.ones(1)) for effects in ((), FRICTION)]
-    assert record_gain(other, *fits).log_odds > 20
+    assert record_gain(other, *fits).log_odds > 5
     assert _gain(one, other) < 0
     assert _gain(one, _made(0.5, 3)) > 20
 

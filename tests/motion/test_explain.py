@@ -266,6 +266,7 @@ def test_records_that_disagree_are_warned_of_but_for_the_phase_of_a_harmonic(
             at_edge=np.zeros(1, dtype=bool),
         ),
         body_errors=np.zeros(0),
+        warnings=(),
         pairs=PairTable(),
         words=lambda name: name,
     )

@@ -4,12 +4,14 @@ travel.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
+from identify.explain.effects.joint_stiffness import DampedCompliance
 from identify.explain.recorded_motion import RecordedMotion
 
 _SMOOTH = 0.004
@@ -51,9 +53,13 @@ class LostMotion(MotionEffect):
             " travel changes"
         )
 
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A damper in the gear, which holds back whichever way it is bent."""
+        return ((DampedCompliance(self.axis),),) if scene.deflection is not None else ()
+
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel, which a standing joint keeps."""
-        speed = scene.velocity[:, self.axis - 1]
+        speed = scene.travel[:, self.axis - 1]
         moving = np.abs(speed) > scene.slow
         last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
         return scene.on(self.axis, np.where(last >= 0, np.sign(speed[last]), 0.0))

@@ -31,6 +31,7 @@ MOTION_EFFECTS = Registry(
             ("backlash", "backlash", "Backlash"),
             ("balancer-preload", "gravity_balancer", "BalancerPreload"),
             ("coulomb-friction", "friction", "CoulombFriction"),
+            ("damped-compliance", "joint_stiffness", "DampedCompliance"),
             ("encoder-eccentricity", "encoder_eccentricity", "EncoderEccentricity"),
             ("gear-coupling", "gear_coupling", "GearCoupling"),
             ("gravity-balancer", "gravity_balancer", "GravityBalancer"),
@@ -92,6 +93,8 @@ class MotionEffect(ABC):
     """The kind at the same joint that must be there before this one, which refines it, is tried."""
     in_gear: ClassVar[bool] = False
     """Whether its torque passes through the gear, so that it bends it."""
+    of_bodies: ClassVar[bool] = False
+    """Whether it is an error of the rigid bodies, or looks like one."""
     positive: ClassVar[bool] = False
     """Whether the first coefficient cannot be negative: friction that drives, a spring that leads, are
     something else.
@@ -137,6 +140,12 @@ class MotionEffect(ABC):
         """(samples, examined joints, coefficients): what one unit of each coefficient adds, with the
         nonlinear parameters (s,) inside.
         """
+
+    def instruments(self, scene: RecordedMotion, parameters: Array) -> Array | None:
+        """(samples, examined joints, coefficients): what the residual is made orthogonal to, for columns that
+        have errors of their own; None: to the columns, as least squares does.
+        """
+        return None
 
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """Effects that, together, may look like this one, so that it must show more than they do."""

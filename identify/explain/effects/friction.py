@@ -71,7 +71,7 @@ class StribeckFriction(MotionEffect):
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel times the bell over speed."""
-        bell = stribeck_decay(scene.velocity[:, self.axis - 1], parameters[0], BELL)
+        bell = stribeck_decay(scene.travel[:, self.axis - 1], parameters[0], BELL)
         return scene.on(self.axis, scene.direction(self.axis) * bell)
 
 

@@ -1,10 +1,16 @@
-"""The gear as a spring: compliance, and compliance that falls with load (Nagoya Eq. 8: torque = k1 d + k3
-d^3).
+"""The gear as a spring: compliance, with a damper beside it (torque = k d + c d'), or one that falls with
+load (Nagoya Eq. 8: torque = k1 d + k3 d^3).
+
+Where the torque is that of the links' accelerations, these are differentiated twice; a deflection is a
+difference of two positions as they were recorded.  So the errors are those of the torque, and what is left is
+made orthogonal to the deflection: the stiffness is that of torque = k d by least squares, which noise of the
+accelerations does not make larger, whatever `lowpass_hz` lets through of it.
 """
 
 from __future__ import annotations
 
-from typing import ClassVar
+from collections.abc import Iterator
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -13,12 +19,21 @@ from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearPa
 from identify.explain.recorded_motion import RecordedMotion
 
 
-class JointCompliance(MotionEffect):
+class _Spring(MotionEffect):
+    """A compliance as the first coefficient."""
+
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "deflection"
+
+    def instruments(self, scene: RecordedMotion, parameters: Array) -> Array | None:
+        """The deflection as it was recorded, in place of the torque."""
+        return None if scene.deflection is None else scene.on(self.axis, scene.deflection[:, self.axis - 1])
+
+
+class JointCompliance(_Spring):
     """The motor side leads the link side by torque over stiffness."""
 
     kind: ClassVar[str] = "joint-compliance"
-    positive: ClassVar[bool] = True
-    target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("compliance", "rad/(N m)"),)
 
     def sentence(self) -> str:
@@ -34,14 +49,49 @@ class JointCompliance(MotionEffect):
         return scene.on(self.axis, scene.load[:, self.axis - 1])
 
 
-class HardeningStiffness(MotionEffect):
+class DampedCompliance(_Spring):
+    """A spring with a damper beside it: torque = k d + c d', so that d = torque / k - (c / k) d'."""
+
+    kind: ClassVar[str] = "damped-compliance"
+    coefficients = (Coefficient("compliance", "rad/(N m)"), Coefficient("relaxation time", "s"))
+    replaces: ClassVar[str] = "joint-compliance"
+
+    @classmethod
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
+        """Where the deflection was recorded."""
+        if scene.deflection is not None:
+            yield from super().instances(scene)
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"compliance of joint {self.axis} with a damper: deflection that follows torque late"
+
+    def possible(self, values: Array) -> bool:
+        """A spring that does not push back and a damper that does not drive."""
+        return bool(values[0] > 0 and values[1] > 0)
+
+    def reading(self, values: Array) -> str:
+        """Stiffness and damper."""
+        return f"stiffness {1 / values[0]:.4g} N m/rad, damper {values[1] / values[0]:.3g} N m s/rad"
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """The torque in the gear, and how fast the gear is bent."""
+        joint = self.axis - 1
+        return scene.on(self.axis, scene.load[:, joint], -scene.deflection_rate[:, joint])
+
+    def instruments(self, scene: RecordedMotion, parameters: Array) -> Array | None:
+        """The deflection and how fast it changes."""
+        joint = self.axis - 1
+        assert scene.deflection is not None
+        return scene.on(self.axis, scene.deflection[:, joint], -scene.deflection_rate[:, joint])
+
+
+class HardeningStiffness(_Spring):
     """A spring that hardens: torque = d / c + k3 d^3, with c the compliance at no load and `torque` where k3
     has doubled its stiffness.
     """
 
     kind: ClassVar[str] = "hardening-stiffness"
-    positive: ClassVar[bool] = True
-    target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("compliance at no load", "rad/(N m)"),)
     replaces: ClassVar[str] = "joint-compliance"
 

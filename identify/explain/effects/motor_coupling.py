@@ -25,9 +25,10 @@ _LEAST, _MOST = 0.1, 1.6
 
 @dataclass(frozen=True)
 class MotorCoupling(MotionEffect):
-    """The motor of `axis` turns with the joint `other` too."""
+    """The motor of `axis` turns with the joint `other` too; stated: inertia of its rotor, kg m^2."""
 
     other: int = 0
+    stated: float = 0.0
     kind: ClassVar[str] = "motor-coupling"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
@@ -43,7 +44,8 @@ class MotorCoupling(MotionEffect):
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
         """Every pair of examined wrist joints; none where the coupling is stated."""
         wrist = [axis for axis in scene.axes if axis >= WRIST and scene.coupling is None]
-        yield from (cls(axis, other) for axis in wrist for other in wrist if other != axis)
+        pairs = ((axis, other) for axis in wrist for other in wrist if other != axis)
+        yield from (cls(axis, other, float(scene.rotor_inertia[axis - 1])) for axis, other in pairs)
 
     @property
     def name(self) -> str:
@@ -59,8 +61,8 @@ class MotorCoupling(MotionEffect):
         return f"motor {self.axis} also turns with joint {self.other}: friction and inertia of their sum"
 
     def possible(self, values: Array) -> bool:
-        """Friction of a motor that really turns with the other joint."""
-        return bool(values[0] >= 0 and abs(values[3]) > _LEAST)
+        """Friction and inertia of a motor that really turns with the other joint."""
+        return bool(values[0] >= 0 and self.stated + values[2] > 0 and abs(values[3]) > _LEAST)
 
     def reading(self, values: Array) -> str:
         """The number for the study."""

@@ -26,6 +26,7 @@ class PayloadMass(MotionEffect):
     kind: ClassVar[str] = "payload-mass"
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
+    of_bodies: ClassVar[bool] = True
     coefficients = (Coefficient("mass", "kg"),)
 
     @classmethod
@@ -60,6 +61,7 @@ class _OfLink(MotionEffect):
 
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
+    of_bodies: ClassVar[bool] = True
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self
 
 from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, Target
@@ -11,12 +12,23 @@ from identify.explain.effects.rigid_body import LinkInertia
 from identify.explain.recorded_motion import RecordedMotion
 
 
+@dataclass(frozen=True)
 class RotorInertia(MotionEffect):
-    """The rotor's inertia, or what it is off where the drive's inertia is known."""
+    """The rotor's inertia, or what it is off where the drive's inertia is known; stated: that, kg m^2."""
 
+    stated: float = 0.0
     kind: ClassVar[str] = "rotor-inertia"
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("inertia", "kg m^2"),)
+
+    @classmethod
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
+        """Every examined joint, with what is stated of its rotor."""
+        yield from (cls(axis, float(scene.rotor_inertia[axis - 1])) for axis in scene.axes)
+
+    def possible(self, values: Array) -> bool:
+        """A rotor that has an inertia, all in all."""
+        return bool(self.stated + values[0] > 0)
 
     def sentence(self) -> str:
         """What this instance is."""

@@ -27,5 +27,5 @@ class SensorLatency(MotionEffect):
         return f"{1e3 * values[0]:.3g} ms"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
-        """Speed."""
-        return scene.of_joint(self.axis, scene.joint_velocity[:, self.axis - 1])
+        """Speed of the link."""
+        return scene.of_joint(self.axis, scene.link_velocity[:, self.axis - 1])

@@ -39,8 +39,12 @@ class TorqueRipple(MotionEffect):
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
-        """Every order at every examined joint."""
-        yield from (cls(axis, order) for axis in scene.axes for order in ORDERS)
+        """Every order at every examined joint, of which it passes a wave: less is like any other curve."""
+        turns = scene.gear_ratio
+        every = ((axis, order) for axis in scene.axes for order in ORDERS)
+        yield from (
+            cls(*one) for one in every if scene.waves_travelled(one[0], one[1] * turns[one[0] - 1]) >= 1
+        )
 
     @property
     def name(self) -> str:

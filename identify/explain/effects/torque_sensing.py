@@ -37,12 +37,17 @@ class TorqueConstant(MotionEffect):
 
     kind: ClassVar[str] = "torque-constant"
     of_load: ClassVar[bool] = True
+    of_bodies: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("share", "1"),)
 
     def sentence(self) -> str:
         """What this instance is."""
         return f"torque constant of motor {self.axis} off by a share"
+
+    def possible(self, values: Array) -> bool:
+        """A motor that pushes the way it is told to."""
+        return bool(values[0] > -1)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """The load at the motor."""

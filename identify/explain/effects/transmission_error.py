@@ -35,8 +35,11 @@ class AngularTransmissionError(MotionEffect):
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
-        """Up to three waves on every examined joint."""
-        yield from (cls(axis, number) for axis in scene.axes for number in range(1, WAVES + 1))
+        """Up to three waves on every examined joint that passes one of the shortest."""
+        for axis in scene.axes:
+            shortest = per_joint_turn(_MOST, float(scene.gear_ratio[axis - 1]))
+            if scene.waves_travelled(axis, shortest) > 1:
+                yield from (cls(axis, number) for number in range(1, WAVES + 1))
 
     @property
     def name(self) -> str:
@@ -60,10 +63,12 @@ class AngularTransmissionError(MotionEffect):
         )
 
     def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
-        """The order, waves per turn of the joint, and the lag of its reading."""
+        """The order, waves per turn of the joint, of which it passes one at least, and the lag of its
+        reading.
+        """
         ratio = float(scene.gear_ratio[self.axis - 1])
-        limits = per_joint_turn(_LEAST, ratio), per_joint_turn(_MOST, ratio)
-        return (NonlinearParameter("order", "1/turn", *limits), LAG)
+        longest = max(per_joint_turn(_LEAST, ratio), 1 / scene.waves_travelled(self.axis, 1.0))
+        return (NonlinearParameter("order", "1/turn", longest, per_joint_turn(_MOST, ratio)), LAG)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Waves over the joint's angle."""
