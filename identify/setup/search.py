@@ -14,7 +14,7 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
-from identify.setup.score import ROUGH, SLIGHT, Score, cost_at, scored
+from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
 from identify.setup.stated import Stated
 from identify.vibration.problem import Problem
 
@@ -121,9 +121,10 @@ def _with(base: Candidate, hypothesis: Hypothesis, optimizer: GaussNewton) -> Ca
         start = _start(base.score, problem)
         if _moving(problem) < _moving(base.score.problem):
             return None  # what is measured to move does not stand on the ground
-        if start is not None and abs(cost_at(problem, start) / base.score.cost - 1) < _NOTHING:
+        shape = LogShape(problem)
+        if start is not None and abs(float(shape.costs(start[None])[0]) / base.score.cost - 1) < _NOTHING:
             return None
-        score = scored(problem, start, optimizer)
+        score = scored(problem, start, optimizer, shape)
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
     return Candidate(stated, score, (*base.hypotheses, hypothesis))
