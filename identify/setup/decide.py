@@ -7,7 +7,9 @@ most a quarter of the squares in both, and what it explains must be worth more t
     ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
 
 with the RMS S of logarithms and the number n of FRFs that are touched: the lines of one FRF are not counted
-one by one, because a model that is wrong is wrong along all of them.
+one by one, because a model that is wrong is wrong along all of them.  Where the study states how uncertain it
+is, S may be the gap with these errors fitted along instead: they too leave logarithms apart.  Of several
+mistakes each must leave as little beside the others.
 """
 
 from __future__ import annotations
@@ -21,9 +23,11 @@ from identify.core.arrays import Array, Mask
 from identify.core.thresholds import CONVINCING
 from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
-from identify.setup.score import SLIGHT, Score
+from identify.setup.hypothesis import Hypothesis
+from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
+from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
 
 _LEFT = 0.25
@@ -59,28 +63,96 @@ class Decision:
 
 def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
-    plain, best = softened(found.plain.score), softened(found.best.score)
-    factor = _factor(best)
-    mistakes = len(found.best.hypotheses) + (factor is not None)
+    best, others = _needed(found)
+    soft = softened(found.plain.score), softened(best.score)
+    factor = _factor(soft[1])
+    mistakes = len(best.hypotheses) + (factor is not None)
     if not mistakes:
         return None
-    touched = _touched(found.plain, found.best, factor)
-    before, after = _sum(plain, touched, levelled=False), _sum(best, touched, levelled=factor is not None)
+    touched = _touched(found.plain, best, factor)
     count = sum(int(one.sum()) for one in touched)
-    price = mistakes * np.log(max(found.asked, 1))
-    log_odds = 0.5 * count * np.log(before / after) - price
-    as_is = (found.plain.score, False), (found.best.score, factor is not None)
-    own = [_sum(score, touched, levelled=levelled) for score, levelled in as_is]
-    if after > _LEFT * before or own[1] > _LEFT * own[0] or log_odds < CONVINCING:
+    share = _left(soft, (found.plain.score, best.score), touched, levelled=factor is not None)
+    if share > _LEFT:
+        share = _left_within(found.plain, best, soft[0], levelled_too=factor is not None)
+    log_odds = -0.5 * count * np.log(share) - mistakes * np.log(max(found.asked, 1))
+    if share > _LEFT or log_odds < CONVINCING:
         return None
-    last = found.best.hypotheses[-1].count if found.best.hypotheses else 0
+    last = best.hypotheses[-1].count if best.hypotheses else 0
     alike = tuple(
         one
-        for one in found.alike
-        if one.hypotheses[-1].count <= last
-        and count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
+        for one in others
+        if one.hypotheses[-1].count <= last and count * np.log(one.score.cost / best.score.cost) < CONVINCING
     )
-    return Decision(found.best, alike, factor, float(log_odds))
+    return Decision(best, alike, factor, float(log_odds))
+
+
+def _left(
+    soft: tuple[Score, Score], own: tuple[Score, Score], touched: Sequence[Mask], *, levelled: bool
+) -> float:
+    """The share of squares that a correction leaves of what it touches, with every spring, or infinity where
+    it leaves too much in the study's own model.
+    """
+    shares = [
+        _sum(after, touched, levelled=levelled) / _sum(before, touched, levelled=False)
+        for before, after in (soft, own)
+    ]
+    return shares[0] if shares[1] <= _LEFT else np.inf
+
+
+def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too: bool) -> float:
+    """The share of the squared gap that a correction leaves where what was stated to be uncertain may be so:
+    of that of the study's own model, and of that with every spring.
+    """
+    uncertain = plain.stated.uncertainty
+    if uncertain is None:
+        return np.inf
+    corrected = levelled(best.stated, best.score) if levelled_too else best.score
+    after, before = within(corrected, uncertain).gap, within(plain.score, uncertain).gap
+    if after**2 > _LEFT * before**2:
+        return np.inf
+    return float((after / min(before, within(soft, uncertain).gap)) ** 2)
+
+
+def _needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
+    """The best of a search, without mistakes that it does not need beside the others, and what is as good as
+    its last one.
+    """
+    rounds = [(found.plain,), *found.rounds]
+    while len(rounds) > 2 and not _worth(rounds[-2][0], rounds[-1][0]):
+        rounds.pop()
+    best, *others = rounds[-1]
+    for hypothesis in best.hypotheses[:-1]:
+        rest = _without(found.plain, best, hypothesis)
+        if rest is not None and not _worth(rest, best):
+            best, others = rest, []
+    return best, tuple(others)
+
+
+def _worth(before: Candidate, after: Candidate) -> bool:
+    """Whether one mistake more leaves little of what it touches, up to common factors."""
+    touched = _touched(before, after, None)
+    sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
+    if sums[1] <= _LEFT * sums[0]:
+        return True
+    uncertain = before.stated.uncertainty
+    if uncertain is None:
+        return False
+    gaps = [within(levelled(one.stated, one.score), uncertain).gap for one in (before, after)]
+    return gaps[1] ** 2 <= _LEFT * gaps[0] ** 2
+
+
+def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
+    """A candidate without one of its mistakes; None where a later one has the same key."""
+    others = tuple(one for one in best.hypotheses if one is not hypothesis)
+    stated = plain.stated
+    for one in others:
+        stated = stated.changed(one.edits)
+    if stated.study == best.stated.study and stated.points == best.stated.points:
+        return None
+    problem = stated.problem()
+    same = [p.name for p in problem.parameters] == [p.name for p in best.score.problem.parameters]
+    starts = (None, best.score.values) if same else (None,)
+    return Candidate(stated, min((scored(problem, x) for x in starts), key=lambda one: one.cost), others)
 
 
 def _factor(score: Score) -> Factor | None:

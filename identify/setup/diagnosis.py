@@ -7,19 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
-from identify.core.parameters import Scale
 from identify.core.threads import one_thread
-from identify.fitting.optimizers.base import Search, minimized
-from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.constants import Factor, near
 from identify.setup.decide import Decision, decided
-from identify.setup.edits import Change, Edit
+from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import searched
 from identify.setup.stated import Stated, stated
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.setup.within import times, within
 from identify.vibration.problem import Problem
 
 LARGE = 20.0
@@ -28,7 +25,6 @@ _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
-_LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
 
 
 @dataclass(frozen=True)
@@ -79,9 +75,12 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
-    quick = gap_of(first)
-    if too_stiff(first):
-        return _in_rad_per_s(as_stated, first, quick)
+    now = within(first, as_stated.uncertainty)
+    quick = now.gap
+    if too_stiff(first) and (found := _in_rad_per_s(as_stated, first, quick)) is not None:
+        return found
+    if now.explained:
+        return Looked(quick)
     if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
         return Looked(quick)
     decision = decided(searched(as_stated, first))
@@ -98,9 +97,10 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     return Looked(quick, Diagnosis(mistakes, _probability(decision), quick, after, edits))
 
 
-def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked:
+def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked | None:
     """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
     of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
+    None where they would be as stiff in rad/s.
     """
     for hypothesis in radians_per_second(as_stated, first):
         there = as_stated.changed(hypothesis.edits)
@@ -119,7 +119,7 @@ def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked:
         more = inner.diagnosis
         edits, mistakes = (*hypothesis.edits, *more.edits), (mistake, *more.mistakes)
         return Looked(quick, replace(more, mistakes=mistakes, edits=edits, gap_before=quick))
-    return Looked(quick)
+    return None
 
 
 def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, tuple[Change, ...], float]:
@@ -130,17 +130,8 @@ def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, 
     for factor in (None,) if decision.factor is None else near(decision.factor.value):
         edits = (*_edits(decision), *_of_factor(replace(decision, factor=factor)))
         score = scored(as_stated.changed(edits).problem(), decision.start(edits))
-        found.append((factor, edits, gap_of(score)))
+        found.append((factor, edits, within(score, as_stated.uncertainty).gap))
     return min(found, key=lambda one: one[2])
-
-
-def gap_of(score: Score) -> float:
-    """The gap of a variant, fitted by the likelihood from where logarithms led."""
-    objective = FrfLeastSquares().objective(score.problem.targets())
-    scale = Scale(score.problem.parameters)
-    search = Search(objective, scale, 10 * _LIKELY.evaluations)
-    minimized(_LIKELY, search, scale.to_x(score.values), np.random.default_rng(0))
-    return float(search.best_cost)
 
 
 def _edits(decision: Decision) -> tuple[Change, ...]:
@@ -154,14 +145,7 @@ def _edits(decision: Decision) -> tuple[Change, ...]:
 def _of_factor(decision: Decision) -> tuple[Change, ...]:
     if decision.factor is None:
         return ()
-    told = decision.candidate.stated.study.measurements
-    return tuple(
-        Edit(
-            ("measurements", number, "correct", "factor"),
-            float(f"{one.correct.factor / decision.factor.value:.8g}"),
-        )
-        for number, one in enumerate(told)
-    )
+    return times(decision.candidate.stated, 1 / decision.factor.value)
 
 
 def _mistakes(decision: Decision) -> tuple[Mistake, ...]:

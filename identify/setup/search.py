@@ -16,6 +16,7 @@ from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
 from identify.setup.stated import Stated
+from identify.setup.within import levelled, within
 from identify.vibration.problem import Problem
 
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
@@ -53,29 +54,34 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Searched:
-    """The study as stated, the best that was found, and what is about as good as its last mistake; asked: how
-    many hypotheses a round had.
+    """The study as stated; rounds: after each, the best that was found, and what is about as good as its last
+    mistake; asked: how many hypotheses a round had.
     """
 
     plain: Candidate
-    best: Candidate
-    alike: tuple[Candidate, ...]
+    rounds: tuple[tuple[Candidate, ...], ...]
     asked: int
 
 
 def searched(stated: Stated, score: Score) -> Searched:
     """The mistakes that explain most of what is left of a study as stated, whose score is known."""
     plain = Candidate(stated, score)
-    best, alike, asked = plain, list[Candidate](), 0
-    for _ in range(_ROUNDS):
-        if best.score.cost <= ROUGH:
-            break
+    best, rounds, asked = plain, list[tuple[Candidate, ...]](), 0
+    while len(rounds) < _ROUNDS and not _explained(best):
         tried, count = _round(best)
         asked = max(asked, count)
         if not tried or _cost(tried[0]) > _HELPS * _cost(best):
             break
-        best, alike = tried[0], tried[1:]
-    return Searched(plain, best, tuple(alike), asked)
+        best = tried[0]
+        rounds.append(tuple(tried))
+    return Searched(plain, tuple(rounds), asked)
+
+
+def _explained(one: Candidate) -> bool:
+    """Whether a candidate leaves nothing to be explained, but a common factor."""
+    if one.score.cost <= ROUGH:
+        return True
+    return within(levelled(one.stated, one.score), one.stated.uncertainty).explained
 
 
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
