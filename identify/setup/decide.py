@@ -20,30 +20,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Mask
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import CONVINCING, MISSING
 from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
+from identify.setup.stated import Stated
 from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
 
-_LEFT = 0.25
+LEFT = 0.25
 """Share of the squares, on what a mistake touches, that may be left beside it."""
 
 
 @dataclass(frozen=True)
 class Decision:
     """The mistakes that are named, those that are as likely in place of the last one, and the common factor,
-    if it is one; log_odds: that the study is as corrected, against as stated with any spring free.
+    if it is one; log_odds: that the study is as corrected, against as stated with any spring free; rivals:
+    those with a mistake in place of the factor.
     """
 
     candidate: Candidate
     alike: tuple[Candidate, ...]
     factor: Factor | None
     log_odds: float
+    rivals: tuple[Candidate, ...] = ()
 
     @property
     def others(self) -> list[Decision]:
@@ -53,6 +56,11 @@ class Decision:
             replace(self, candidate=one, alike=tuple(other for other in every if other is not one))
             for one in self.alike
         ]
+
+    @property
+    def level(self) -> list[Decision]:
+        """The same without a factor, for each of the mistakes in its place."""
+        return [Decision(one, (), None, self.log_odds) for one in self.rivals]
 
     def start(self, edits: Sequence[Change]) -> Array | None:
         """Where a fit with these edits begins: none where they have other effects than were fitted."""
@@ -65,17 +73,17 @@ def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
     best, others = _needed(found)
     soft = softened(found.plain.score), softened(best.score)
-    factor = _factor(soft[1])
+    factor = _factor(soft[1]) or _factor_within(best)
     mistakes = len(best.hypotheses) + (factor is not None)
     if not mistakes:
         return None
     touched = _touched(found.plain, best, factor)
     count = sum(int(one.sum()) for one in touched)
     share = _left(soft, (found.plain.score, best.score), touched, levelled=factor is not None)
-    if share > _LEFT:
+    if share > LEFT:
         share = _left_within(found.plain, best, soft[0], levelled_too=factor is not None)
     log_odds = -0.5 * count * np.log(share) - mistakes * np.log(max(found.asked, 1))
-    if share > _LEFT or log_odds < CONVINCING:
+    if share > LEFT or log_odds < CONVINCING:
         return None
     last = best.hypotheses[-1].count if best.hypotheses else 0
     alike = tuple(
@@ -83,7 +91,9 @@ def decided(found: Searched) -> Decision | None:
         for one in others
         if one.hypotheses[-1].count <= last and count * np.log(one.score.cost / best.score.cost) < CONVINCING
     )
-    return Decision(best, alike, factor, float(log_odds))
+    same = found.rounds[-1][0] if found.rounds else found.plain
+    rivals = found.rivals if factor is not None and best is same else ()
+    return Decision(best, alike, factor, float(log_odds), rivals)
 
 
 def _left(
@@ -96,21 +106,21 @@ def _left(
         _sum(after, touched, levelled=levelled) / _sum(before, touched, levelled=False)
         for before, after in (soft, own)
     ]
-    return shares[0] if shares[1] <= _LEFT else np.inf
+    return shares[0] if shares[1] <= LEFT else np.inf
 
 
 def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too: bool) -> float:
-    """The share of the squared gap that a correction leaves where what was stated to be uncertain may be so:
-    of that of the study's own model, and of that with every spring.
+    """The share of squares that a correction leaves where what was stated to be uncertain may be so, of
+    those of the study's own model and with every spring; infinity where something is missing all the same.
     """
     uncertain = plain.stated.uncertainty
     if uncertain is None:
         return np.inf
     corrected = levelled(best.stated, best.score) if levelled_too else best.score
-    after, before = within(corrected, uncertain).gap, within(plain.score, uncertain).gap
-    if after**2 > _LEFT * before**2:
+    after, before = within(corrected, uncertain).worst, within(plain.score, uncertain).worst
+    if after > MISSING or after**2 > LEFT * before**2:
         return np.inf
-    return float((after / min(before, within(soft, uncertain).gap)) ** 2)
+    return float((after / min(before, within(soft, uncertain).worst)) ** 2)
 
 
 def _needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
@@ -130,15 +140,22 @@ def _needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
 
 def _worth(before: Candidate, after: Candidate) -> bool:
     """Whether one mistake more leaves little of what it touches, up to common factors."""
+    if abs(after.score.level) < SLIGHT <= abs(before.score.level):
+        return after.score.cost <= before.score.cost  # it stands in the place of a factor
     touched = _touched(before, after, None)
     sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
-    if sums[1] <= _LEFT * sums[0]:
+    if sums[1] <= LEFT * sums[0]:
         return True
-    uncertain = before.stated.uncertainty
-    if uncertain is None:
+    scores = [levelled(one.stated, one.score) for one in (before, after)]
+    return _less_within(scores[0], scores[1], after.stated)
+
+
+def _less_within(before: Score, after: Score, stated: Stated) -> bool:
+    """The same where what was stated to be uncertain may be so."""
+    if stated.uncertainty is None:
         return False
-    gaps = [within(levelled(one.stated, one.score), uncertain).gap for one in (before, after)]
-    return gaps[1] ** 2 <= _LEFT * gaps[0] ** 2
+    worst = [within(one, stated.uncertainty).worst for one in (before, after)]
+    return worst[1] ** 2 <= LEFT * worst[0] ** 2
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
@@ -162,7 +179,15 @@ def _factor(score: Score) -> Factor | None:
     if abs(score.level) < SLIGHT:
         return None
     without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
-    return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None
+    return nearest(np.exp(score.level)) if with_it <= LEFT * without else None
+
+
+def _factor_within(best: Candidate) -> Factor | None:
+    """The same where what was stated to be uncertain may be so."""
+    if abs(best.score.level) < SLIGHT:
+        return None
+    level = levelled(best.stated, best.score)
+    return nearest(np.exp(best.score.level)) if _less_within(best.score, level, best.stated) else None
 
 
 def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:

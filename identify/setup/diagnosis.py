@@ -8,9 +8,11 @@ import numpy as np
 
 from identify.core.errors import InputError, InputErrors
 from identify.core.threads import one_thread
+from identify.core.thresholds import CONVINCING
 from identify.setup.bounds import sag, too_stiff
+from identify.setup.brakes import brake
 from identify.setup.constants import Factor, near
-from identify.setup.decide import Decision, decided
+from identify.setup.decide import LEFT, Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
@@ -23,6 +25,8 @@ LARGE = 20.0
 """Gap above which the set-up is looked at: far more than a small effect leaves."""
 _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
+_TOLD_APART = 1.02
+"""Times the least gap up to which another explanation is as good."""
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
 
@@ -75,26 +79,70 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
-    now = within(first, as_stated.uncertainty)
-    quick = now.gap
-    if too_stiff(first) and (found := _in_rad_per_s(as_stated, first, quick)) is not None:
-        return found
-    if now.explained:
-        return Looked(quick)
-    if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
-        return Looked(quick)
+    now, fast = within(first, as_stated.uncertainty), too_stiff(first)
+    level = abs(first.level) < SLIGHT
+    if level and (now.explained or ((gap or now.gap) <= LARGE and first.cost <= ROUGH)):
+        found = Found(Looked(now.gap), None)
+    else:
+        found = _found(as_stated, first, now.gap)
+    if fast and (found.corrected is None or too_stiff(found.corrected)):
+        return _in_rad_per_s(as_stated, first, now.gap) or found.looked
+    return found.looked
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found, and the study as corrected."""
+
+    looked: Looked
+    corrected: Score | None
+
+
+@dataclass(frozen=True)
+class _Put:
+    """What puts a decision right, with the factor that was chosen, and the gap it leaves."""
+
+    decision: Decision
+    edits: tuple[Change, ...]
+    score: Score
+    gap: float
+
+
+def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     decision = decided(searched(as_stated, first))
     if decision is None:
-        return Looked(quick)
-    factor, edits, after = _best_factor(as_stated, decision)
-    for other in decision.others[:_OTHERS]:
-        tried = _best_factor(as_stated, other)
-        if tried[2] < after:
-            decision, (factor, edits, after) = other, tried
-    if after >= quick:
-        return Looked(quick)
-    mistakes = _mistakes(replace(decision, factor=factor))
-    return Looked(quick, Diagnosis(mistakes, _probability(decision), quick, after, edits))
+        return Found(Looked(gap, _braked(as_stated, first, gap)), None)
+    best = min((_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])), key=_gap)
+    rivals = [_put(as_stated, one) for one in decision.level[:_OTHERS]] if best.decision.factor else []
+    every = sorted([best, *rivals], key=_gap)
+    if every[0].gap >= gap:
+        return Found(Looked(gap), None)
+    mistakes = _mistakes(every[0].decision)
+    for other in every[1:]:
+        if other.gap <= _TOLD_APART * every[0].gap:
+            otherwise = (*mistakes[-1].otherwise, _mistakes(other.decision)[-1].sentence)
+            mistakes = (*mistakes[:-1], replace(mistakes[-1], otherwise=otherwise))
+    sure = _sure(decision.log_odds)
+    told = Diagnosis(mistakes, sure, gap, every[0].gap, every[0].edits)
+    return Found(Looked(gap, told), every[0].score)
+
+
+def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
+    """Where nothing explains all files, a drive that is another in one of them may."""
+    found = brake(as_stated, first)
+    if found is None or found.share > LEFT:
+        return None
+    tried = len(as_stated.sets) * len(as_stated.robot.joints)
+    log_odds = -0.5 * found.count * np.log(found.share) - np.log(tried)
+    after = within(found.others, as_stated.uncertainty).gap
+    if log_odds < CONVINCING or after >= gap:
+        return None
+    mistake = Mistake("brake", found.sentence(as_stated))
+    return Diagnosis((mistake,), _sure(log_odds), gap, after, (found.edit,))
+
+
+def _gap(one: _Put) -> float:
+    return one.gap
 
 
 def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked | None:
@@ -122,16 +170,15 @@ def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked | Non
     return None
 
 
-def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, tuple[Change, ...], float]:
-    """The known factor near that which was found that leaves the least gap, all edits with it, and that
-    gap.
-    """
+def _put(as_stated: Stated, decision: Decision) -> _Put:
+    """A decision with the known factor near that which was found that leaves the least gap."""
     found = []
     for factor in (None,) if decision.factor is None else near(decision.factor.value):
-        edits = (*_edits(decision), *_of_factor(replace(decision, factor=factor)))
-        score = scored(as_stated.changed(edits).problem(), decision.start(edits))
-        found.append((factor, edits, within(score, as_stated.uncertainty).gap))
-    return min(found, key=lambda one: one[2])
+        chosen = replace(decision, factor=factor)
+        edits = (*_edits(chosen), *_of_factor(chosen))
+        score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
+        found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
+    return min(found, key=_gap)
 
 
 def _edits(decision: Decision) -> tuple[Change, ...]:
@@ -164,6 +211,8 @@ def _factor_mistake(factor: Factor) -> Mistake:
     return Mistake("factor", f"all FRFs are {factor.words} what they should be: {first}", tuple(others))
 
 
-def _probability(decision: Decision) -> float:
-    """Of the mistakes, with those as likely in place of the last one: neither is told from the other here."""
-    return float(1 / (1 + np.exp(-decision.log_odds)))
+def _sure(log_odds: float) -> float:
+    """The probability of mistakes, with those as likely in place of the last one: neither is told from the
+    other here.
+    """
+    return float(1 / (1 + np.exp(-log_odds)))

@@ -42,6 +42,11 @@ _TOWARDS = 6
 """Evaluations on magnitudes alone, whose valley is wider still."""
 
 
+def frf_targets(problem: Problem) -> tuple[FrfTarget, ...]:
+    """Of all measurements in their order, whether they are fitted or not."""
+    return tuple(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
+
+
 Slopes = tuple[Complex, Complex]
 """FRFs (lines, pairs) and their derivatives (lines, pairs, free)."""
 
@@ -52,7 +57,7 @@ class LogShape(ProductObjective):
     """
 
     def __init__(self, problem: Problem) -> None:
-        self.targets = problem.targets().frf + problem.targets("validate").frf
+        self.targets = frf_targets(problem)
         self._free = Scale(problem.parameters).free
         self._seen = [_seen(target, problem.initial) for target in self.targets]
         self._phases = 1j
@@ -63,6 +68,7 @@ class LogShape(ProductObjective):
             target.measured[:, seen] for target, seen in zip(self.targets, self._seen, strict=True)
         ]
         self._last: tuple[bytes, list[Slopes]] = (b"", [])
+        self.moving = sum(map(len, self._seen))
         self.count = sum(2 * weight.size for weight in self._weights)
         self._square = sum(float(np.sum(weight**2)) for weight in self._weights)
         if not self._square:

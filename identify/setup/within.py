@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
@@ -18,24 +19,30 @@ from identify.setup.score import SLIGHT, Score
 from identify.setup.stated import Stated
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
 from identify.vibration.nuisances.settings import UncertaintySettings
+from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, with_uncertainty
 
 _LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
-_FAR = 5.0
-"""Standard deviations that none of a few hundred errors has by chance."""
+_LARGER = 1.5
+"""How many times as large as stated all errors together may be."""
 
 
 @dataclass(frozen=True)
 class Within:
-    """The gap, and the largest error of what was told, in its standard deviations."""
+    """The gap, and how many times as large as stated the errors of what was told are together."""
 
     gap: float
-    farthest: float
+    errors: float
 
     @property
     def explained(self) -> bool:
         """Whether nothing is left to be explained."""
-        return self.gap <= QUIET and self.farthest <= _FAR
+        return self.gap <= QUIET and self.errors <= _LARGER
+
+    @property
+    def worst(self) -> float:
+        """The worse of both: RMS of residuals over noise, or of errors over what was stated."""
+        return max(self.gap, self.errors)
 
 
 def within(score: Score, stated: UncertaintySettings | None) -> Within:
@@ -47,9 +54,20 @@ def within(score: Score, stated: UncertaintySettings | None) -> Within:
     start[: len(score.values)] = score.values
     search = Search(objective, scale, 10 * _LIKELY.evaluations)
     minimized(_LIKELY, search, scale.to_x(start), np.random.default_rng(0))
-    found = start if search.best_x is None else scale.to_values(search.best_x)
-    errors = found[len(score.values) :]
-    return Within(float(search.best_cost), float(np.abs(errors).max(initial=0.0)))
+    x = scale.to_x(start) if search.best_x is None else search.best_x
+    return Within(float(search.best_cost), _errors(search, x, len(problem.nuisances.parameters)))
+
+
+def _errors(search: Search, x: Array, count: int) -> float:
+    """How many times as large as stated the errors are, which are the last `count` of x (free,)."""
+    if not count:
+        return 1.0
+    known = search.part(1).product(x)[:-1, :-1]
+    if not np.isfinite(known).all():
+        return np.inf
+    size = np.sqrt(np.maximum(np.diag(known), np.finfo(float).tiny))
+    spread = np.sqrt(np.abs(np.diag(np.linalg.pinv(known / np.outer(size, size), hermitian=True)))) / size
+    return times_as_large(x[-count:], spread[-count:])
 
 
 def _uncertain(problem: Problem, stated: UncertaintySettings | None) -> Problem:
