@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.setup.decide import LEFT
 from identify.setup.edits import Edit
 from identify.setup.score import SLIGHT, Score, frf_targets, scored
 from identify.setup.soft import softened
@@ -50,14 +51,14 @@ class Brake:
 
 def brake(stated: Stated, first: Score) -> Brake | None:
     """The drive that leaves least in a file where it alone is another; None where the study has one file, or
-    no drive does.  Of two files it is the one where the drive is stiffer.
+    no drive leaves little.  Of two files it is the one where the drive is stiffer.
     """
-    found = [one for number in stated.sets for one in _in(stated, first, number)]
+    every = [one for number in stated.sets for one in _in(stated, first, number)]
+    found = [one for one in every if one.share <= LEFT and abs(np.log(one.ratio)) > _LEAST]
     if not found:
         return None
-    least = min(one.share for one in found)
-    alike = [one for one in found if one.share <= 2 * least and abs(np.log(one.ratio)) > _LEAST]
-    return max(alike, key=lambda one: one.ratio, default=None)
+    joint = min(found, key=lambda one: one.share).joint
+    return max((one for one in found if one.joint == joint), key=lambda one: one.ratio)
 
 
 def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:

@@ -12,7 +12,7 @@ from identify.core.thresholds import CONVINCING
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.brakes import brake
 from identify.setup.constants import Factor, near
-from identify.setup.decide import LEFT, Decision, decided
+from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
@@ -130,7 +130,7 @@ def _found(as_stated: Stated, first: Score, gap: float) -> Found:
 def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
     """Where nothing explains all files, a drive that is another in one of them may."""
     found = brake(as_stated, first)
-    if found is None or found.share > LEFT:
+    if found is None:
         return None
     tried = len(as_stated.sets) * len(as_stated.robot.joints)
     log_odds = -0.5 * found.count * np.log(found.share) - np.log(tried)

@@ -104,15 +104,15 @@ def _explained(one: Candidate) -> bool:
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
     """One more mistake on top of those of a candidate, best first; and how many were asked for."""
     soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
-    tried = _tried(base, soon)
+    tried = refined(base, soon)
     if not tried or _cost(tried[0]) > _HELPS * _cost(base):
         later = list(_of_kinds(base, _LATER))
         soon += later
-        tried = sorted([*tried, *_tried(base, later)[:1]], key=_cost)
+        tried = sorted([*tried, *refined(base, later)[:1]], key=_cost)
     return tried, len(soon)
 
 
-def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, the most promising, best first."""
     small = base.stated.glanced()
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
