@@ -78,12 +78,14 @@ def decided(found: Searched) -> Decision | None:
     if not mistakes:
         return None
     touched = _touched(found.plain, best, factor)
-    count = sum(int(one.sum()) for one in touched)
     share = _left(soft, (found.plain.score, best.score), touched, levelled=factor is not None)
-    if share > LEFT:
+    price = mistakes * np.log(max(found.asked, 1))
+    count = sum(int(one.sum()) for one in touched)
+    log_odds = _log_odds(share, count) - price
+    if log_odds < CONVINCING:
         share = _left_within(found.plain, best, soft[0], levelled_too=factor is not None)
-    log_odds = -0.5 * count * np.log(share) - mistakes * np.log(max(found.asked, 1))
-    if share > LEFT or log_odds < CONVINCING:
+        log_odds = _log_odds(share, sum(len(one) for one in touched)) - price
+    if log_odds < CONVINCING:
         return None
     last = best.hypotheses[-1].count if best.hypotheses else 0
     alike = tuple(
@@ -93,7 +95,12 @@ def decided(found: Searched) -> Decision | None:
     )
     same = found.rounds[-1][0] if found.rounds else found.plain
     rivals = found.rivals if factor is not None and best is same else ()
-    return Decision(best, alike, factor, float(log_odds), rivals)
+    return Decision(best, alike, factor, log_odds, rivals)
+
+
+def _log_odds(share: float, count: int) -> float:
+    """Of what leaves a share of squares of as many FRFs; none where it leaves too much."""
+    return -0.5 * count * float(np.log(share)) if share <= LEFT else -np.inf
 
 
 def _left(

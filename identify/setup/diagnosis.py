@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -79,23 +80,25 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
-    now, fast = within(first, as_stated.uncertainty), too_stiff(first)
-    level = abs(first.level) < SLIGHT
-    if level and (now.explained or ((gap or now.gap) <= LARGE and first.cost <= ROUGH)):
-        found = Found(Looked(now.gap), None)
+    now = within(first, as_stated.uncertainty)
+    if too_stiff(first) and (fast := _in_rad_per_s(as_stated, first, now.gap, alone=True)) is not None:
+        return fast
+    small = (gap or now.gap) <= LARGE and first.cost <= ROUGH
+    if abs(first.level) < SLIGHT and (now.explained or small):
+        found = Found(Looked(now.gap), first)
     else:
         found = _found(as_stated, first, now.gap)
-    if fast and (found.corrected is None or too_stiff(found.corrected)):
-        return _in_rad_per_s(as_stated, first, now.gap) or found.looked
+    if too_stiff(found.corrected):
+        return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found, and the study as corrected."""
+    """What a search found, and the study as corrected, or as it is."""
 
     looked: Looked
-    corrected: Score | None
+    corrected: Score
 
 
 @dataclass(frozen=True)
@@ -111,20 +114,18 @@ class _Put:
 def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     decision = decided(searched(as_stated, first))
     if decision is None:
-        return Found(Looked(gap, _braked(as_stated, first, gap)), None)
-    best = min((_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])), key=_gap)
-    rivals = [_put(as_stated, one) for one in decision.level[:_OTHERS]] if best.decision.factor else []
-    every = sorted([best, *rivals], key=_gap)
-    if every[0].gap >= gap:
-        return Found(Looked(gap), None)
-    mistakes = _mistakes(every[0].decision)
-    for other in every[1:]:
-        if other.gap <= _TOLD_APART * every[0].gap:
-            otherwise = (*mistakes[-1].otherwise, _mistakes(other.decision)[-1].sentence)
-            mistakes = (*mistakes[:-1], replace(mistakes[-1], otherwise=otherwise))
+        return Found(Looked(gap, _braked(as_stated, first, gap)), first)
+    every = [_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])]
+    if min(every, key=_gap).decision.factor is not None:
+        every += [_put(as_stated, one) for one in decision.level[:_OTHERS]]
+    best, *others = sorted(every, key=_gap)
+    if best.gap >= gap:
+        return Found(Looked(gap), first)
+    alike = [one.decision for one in others if one.gap <= _TOLD_APART * best.gap]
+    mistakes = _mistakes(best.decision, alike)
     sure = _sure(decision.log_odds)
-    told = Diagnosis(mistakes, sure, gap, every[0].gap, every[0].edits)
-    return Found(Looked(gap, told), every[0].score)
+    told = Diagnosis(mistakes, sure, gap, best.gap, best.edits)
+    return Found(Looked(gap, told), best.score)
 
 
 def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
@@ -145,17 +146,17 @@ def _gap(one: _Put) -> float:
     return one.gap
 
 
-def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked | None:
+def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool = False) -> Looked | None:
     """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
     of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
-    None where they would be as stiff in rad/s.
+    None where they would be as stiff in rad/s, or (alone) where that alone leaves something to be explained.
     """
-    for hypothesis in radians_per_second(as_stated, first):
+    for hypothesis in radians_per_second(as_stated, stiff):
         there = as_stated.changed(hypothesis.edits)
         score = scored(there.problem())
-        if too_stiff(score):
+        if too_stiff(score) or (alone and not _right(there, score)):
             continue
-        degrees, right = np.degrees(sag(first)), np.degrees(sag(score))
+        degrees, right = np.degrees(sag(stiff)), np.degrees(sag(score))
         sentence = (
             f"{hypothesis.sentence}: as stated, the arm would sag under its own weight by {degrees:.1g}"
             f" degrees, which no drive is stiff enough for; in rad/s by {right:.1g}"
@@ -168,6 +169,12 @@ def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked | Non
         edits, mistakes = (*hypothesis.edits, *more.edits), (mistake, *more.mistakes)
         return Looked(quick, replace(more, mistakes=mistakes, edits=edits, gap_before=quick))
     return None
+
+
+def _right(stated: Stated, score: Score) -> bool:
+    """Whether a variant needs nothing further."""
+    level = abs(score.level) < SLIGHT
+    return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
 
 
 def _put(as_stated: Stated, decision: Decision) -> _Put:
@@ -195,15 +202,14 @@ def _of_factor(decision: Decision) -> tuple[Change, ...]:
     return times(decision.candidate.stated, 1 / decision.factor.value)
 
 
-def _mistakes(decision: Decision) -> tuple[Mistake, ...]:
+def _mistakes(decision: Decision, alike: Sequence[Decision] = ()) -> tuple[Mistake, ...]:
+    """Those of a decision, its last with what explains as much in its place."""
     named = [Mistake(one.code, one.sentence) for one in decision.candidate.hypotheses]
-    if named and decision.alike:
-        others = dict.fromkeys(one.hypotheses[-1].sentence for one in decision.alike)
-        others.pop(named[-1].sentence, None)
-        named[-1] = replace(named[-1], otherwise=tuple(others))
     if decision.factor is not None:
         named.append(_factor_mistake(decision.factor))
-    return tuple(named)
+    others = dict.fromkeys([*named[-1].otherwise, *(_mistakes(one)[-1].sentence for one in alike)])
+    others.pop(named[-1].sentence, None)
+    return (*named[:-1], replace(named[-1], otherwise=tuple(others)))
 
 
 def _factor_mistake(factor: Factor) -> Mistake:
