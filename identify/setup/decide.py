@@ -71,7 +71,7 @@ class Decision:
 
 def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
-    best, others = _needed(found)
+    best, others = needed(found)
     soft = softened(found.plain.score), softened(best.score)
     factor = _factor(soft[1]) or _factor_within(best)
     mistakes = len(best.hypotheses) + (factor is not None)
@@ -130,7 +130,7 @@ def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too
     return float((after / min(before, within(soft, uncertain).worst)) ** 2)
 
 
-def _needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
+def needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
     """The best of a search, without mistakes that it does not need beside the others, and what is as good as
     its last one.
     """
