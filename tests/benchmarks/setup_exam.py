@@ -136,6 +136,7 @@ def _apart(one: str, other: str) -> bool:
         ("masses", "robot", "inertia", "lengths", "payload", "no_payload"),
         ("force",),
         ("rad_per_s", "window", "one_file", "braked"),
+        ("mm_for_m", "inertia_kg_mm2", "robot_g"),  # two of these are the third
     )
     alone = one in _WITHOUT_FIT or other in _WITHOUT_FIT
     return not alone and not any(one.startswith(names) and other.startswith(names) for names in families)
