@@ -9,7 +9,6 @@ stiffnesses, over what drives of robots have.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 
@@ -188,8 +187,7 @@ def scored(
     scale, shape = Scale(problem.parameters), shape or LogShape(problem)
     magnitudes = shape.of_magnitudes()
     given = [] if start is None else [scale.to_x(start)]
-    near: list[Sequence[float]] = [] if start is None else [_SCALES[::2], (0.0,)]
-    starts = np.clip([*given, *_scaled(problem, scale, *near)], *scale.bounds())
+    starts = np.clip([*given, *_scaled(problem, scale)], *scale.bounds())
     costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
@@ -204,9 +202,7 @@ def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) ->
     return x if search.best_x is None else search.best_x
 
 
-def _scaled(
-    problem: Problem, scale: Scale, scales: Sequence[float] = _SCALES, slopes: Sequence[float] = _SLOPES
-) -> list[Array]:
+def _scaled(problem: Problem, scale: Scale) -> list[Array]:
     """Start values (free,) with stiffnesses a factor larger, which may fall or rise along the arm; dampers by
     its root.
     """
@@ -220,4 +216,4 @@ def _scaled(
         along = 2 * (int(digits) - 1) / (joints - 1) - 1 if digits.isdigit() else 0.0
         whole[place], slope[place] = power, power * along
     first = scale.to_x(problem.initial)
-    return [first + one * whole + other * slope for one in scales for other in slopes]
+    return [first + one * whole + other * slope for one in _SCALES for other in _SLOPES]
