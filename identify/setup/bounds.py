@@ -18,9 +18,9 @@ from identify.setup.score import Score
 _FLAT = 1e-4
 """Share of its magnitude that an imaginary part has which is none."""
 _ALIKE = 1e-6
-_SAG = (1e-4, 3e-2)
-"""rad: how far drives of arms give way under the arm's own weight, g / (reach omega_1^2); between the softest
-of them, and less than a minute of arc, which rad/s taken for Hz make of a usual one."""
+_SAG = 1e-4
+"""rad: how far drives of arms give way at least under the arm's own weight, g / (reach omega_1^2); rad/s
+taken for Hz make less than a minute of arc of what is usual."""
 _PLACEHOLDERS = 2
 
 
@@ -88,12 +88,7 @@ def sag(score: Score) -> float:
 
 def too_stiff(score: Score) -> bool:
     """Whether no drive is as stiff as the first resonance says."""
-    return sag(score) < _SAG[0]
-
-
-def too_soft(score: Score) -> bool:
-    """Whether the arm would sag as none does."""
-    return sag(score) > _SAG[1]
+    return sag(score) < _SAG
 
 
 def findings(robot: Robot, sets: Mapping[str, FrfSet]) -> list[tuple[str, Finding]]:

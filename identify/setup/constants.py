@@ -51,8 +51,10 @@ _REASONS: dict[float, tuple[str, ...]] = {
     2.0: ("amplitudes are peak to peak on one side and peaks on the other",),
 }
 """By the factor that the measured FRFs have beyond what they should."""
-_NEAR = 0.06
-"""A fitted factor is off by a few per cent where the model is not yet right."""
+_NEAR = 0.12
+"""A fitted factor is off by as much where masses are not quite as told: of known ones that are as near, the
+gap tells.
+"""
 
 
 def near(factor: float, within: float = _NEAR) -> list[Factor]:

@@ -7,7 +7,9 @@ most a quarter of the squares in both, and what it explains must be worth more t
     ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
 
 with the RMS S of logarithms and the number n of FRFs that are touched: the lines of one FRF are not counted
-one by one, because a model that is wrong is wrong along all of them.
+one by one, because a model that is wrong is wrong along all of them.  Where the study states how uncertain it
+is, S may be the gap with these errors fitted along instead: they too leave logarithms apart.  Of several
+mistakes each must leave as little beside the others.
 """
 
 from __future__ import annotations
@@ -18,28 +20,33 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Mask
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import CONVINCING, MISSING
 from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
-from identify.setup.score import SLIGHT, Score
+from identify.setup.hypothesis import Hypothesis
+from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
+from identify.setup.stated import Stated
+from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
 
-_LEFT = 0.25
+LEFT = 0.25
 """Share of the squares, on what a mistake touches, that may be left beside it."""
 
 
 @dataclass(frozen=True)
 class Decision:
     """The mistakes that are named, those that are as likely in place of the last one, and the common factor,
-    if it is one; log_odds: that the study is as corrected, against as stated with any spring free.
+    if it is one; log_odds: that the study is as corrected, against as stated with any spring free; rivals:
+    those with a mistake in place of the factor.
     """
 
     candidate: Candidate
     alike: tuple[Candidate, ...]
     factor: Factor | None
     log_odds: float
+    rivals: tuple[Candidate, ...] = ()
 
     @property
     def others(self) -> list[Decision]:
@@ -50,6 +57,11 @@ class Decision:
             for one in self.alike
         ]
 
+    @property
+    def level(self) -> list[Decision]:
+        """The same without a factor, for each of the mistakes in its place."""
+        return [Decision(one, (), None, self.log_odds) for one in self.rivals]
+
     def start(self, edits: Sequence[Change]) -> Array | None:
         """Where a fit with these edits begins: none where they have other effects than were fitted."""
         effects = any(isinstance(one, Edit) and one.key[0] == "effects" for one in edits)
@@ -59,28 +71,112 @@ class Decision:
 
 def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
-    plain, best = softened(found.plain.score), softened(found.best.score)
-    factor = _factor(best)
-    mistakes = len(found.best.hypotheses) + (factor is not None)
+    best, others = needed(found)
+    soft = softened(found.plain.score), softened(best.score)
+    factor = _factor(soft[1]) or _factor_within(best)
+    mistakes = len(best.hypotheses) + (factor is not None)
     if not mistakes:
         return None
-    touched = _touched(found.plain, found.best, factor)
-    before, after = _sum(plain, touched, levelled=False), _sum(best, touched, levelled=factor is not None)
-    count = sum(int(one.sum()) for one in touched)
+    touched = _touched(found.plain, best, factor)
+    share = _left(soft, (found.plain.score, best.score), touched, levelled=factor is not None)
     price = mistakes * np.log(max(found.asked, 1))
-    log_odds = 0.5 * count * np.log(before / after) - price
-    as_is = (found.plain.score, False), (found.best.score, factor is not None)
-    own = [_sum(score, touched, levelled=levelled) for score, levelled in as_is]
-    if after > _LEFT * before or own[1] > _LEFT * own[0] or log_odds < CONVINCING:
+    count = sum(int(one.sum()) for one in touched)
+    log_odds = _log_odds(share, count) - price
+    if log_odds < CONVINCING:
+        share = _left_within(found.plain, best, soft[0], levelled_too=factor is not None)
+        log_odds = _log_odds(share, sum(len(one) for one in touched)) - price
+    if log_odds < CONVINCING:
         return None
-    last = found.best.hypotheses[-1].count if found.best.hypotheses else 0
+    last = best.hypotheses[-1].count if best.hypotheses else 0
     alike = tuple(
         one
-        for one in found.alike
-        if one.hypotheses[-1].count <= last
-        and count * np.log(one.score.cost / found.best.score.cost) < CONVINCING
+        for one in others
+        if one.hypotheses[-1].count <= last and count * np.log(one.score.cost / best.score.cost) < CONVINCING
     )
-    return Decision(found.best, alike, factor, float(log_odds))
+    same = found.rounds[-1][0] if found.rounds else found.plain
+    rivals = found.rivals if factor is not None and best is same else ()
+    return Decision(best, alike, factor, log_odds, rivals)
+
+
+def _log_odds(share: float, count: int) -> float:
+    """Of what leaves a share of squares of as many FRFs; none where it leaves too much."""
+    return -0.5 * count * float(np.log(share)) if share <= LEFT else -np.inf
+
+
+def _left(
+    soft: tuple[Score, Score], own: tuple[Score, Score], touched: Sequence[Mask], *, levelled: bool
+) -> float:
+    """The share of squares that a correction leaves of what it touches, with every spring, or infinity where
+    it leaves too much in the study's own model.
+    """
+    shares = [
+        _sum(after, touched, levelled=levelled) / _sum(before, touched, levelled=False)
+        for before, after in (soft, own)
+    ]
+    return shares[0] if shares[1] <= LEFT else np.inf
+
+
+def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too: bool) -> float:
+    """The share of squares that a correction leaves where what was stated to be uncertain may be so, of
+    those of the study's own model and with every spring; infinity where something is missing all the same.
+    """
+    uncertain = plain.stated.uncertainty
+    if uncertain is None:
+        return np.inf
+    corrected = levelled(best.stated, best.score) if levelled_too else best.score
+    after, before = within(corrected, uncertain).worst, within(plain.score, uncertain).worst
+    if after > MISSING or after**2 > LEFT * before**2:
+        return np.inf
+    return float((after / min(before, within(soft, uncertain).worst)) ** 2)
+
+
+def needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
+    """The best of a search, without mistakes that it does not need beside the others, and what is as good as
+    its last one.
+    """
+    rounds = [(found.plain,), *found.rounds]
+    while len(rounds) > 2 and not _worth(rounds[-2][0], rounds[-1][0]):
+        rounds.pop()
+    best, *others = rounds[-1]
+    for hypothesis in best.hypotheses[:-1]:
+        rest = _without(found.plain, best, hypothesis)
+        if rest is not None and not _worth(rest, best):
+            best, others = rest, []
+    return best, tuple(others)
+
+
+def _worth(before: Candidate, after: Candidate) -> bool:
+    """Whether one mistake more leaves little of what it touches, up to common factors."""
+    if abs(after.score.level) < SLIGHT <= abs(before.score.level):
+        return after.score.cost <= before.score.cost  # it stands in the place of a factor
+    touched = _touched(before, after, None)
+    sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
+    if sums[1] <= LEFT * sums[0]:
+        return True
+    scores = [levelled(one.stated, one.score) for one in (before, after)]
+    return _less_within(scores[0], scores[1], after.stated)
+
+
+def _less_within(before: Score, after: Score, stated: Stated) -> bool:
+    """The same where what was stated to be uncertain may be so."""
+    if stated.uncertainty is None:
+        return False
+    worst = [within(one, stated.uncertainty).worst for one in (before, after)]
+    return worst[1] ** 2 <= LEFT * worst[0] ** 2
+
+
+def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
+    """A candidate without one of its mistakes; None where a later one has the same key."""
+    others = tuple(one for one in best.hypotheses if one is not hypothesis)
+    stated = plain.stated
+    for one in others:
+        stated = stated.changed(one.edits)
+    if stated.study == best.stated.study and stated.points == best.stated.points:
+        return None
+    problem = stated.problem()
+    same = [p.name for p in problem.parameters] == [p.name for p in best.score.problem.parameters]
+    starts = (None, best.score.values) if same else (None,)
+    return Candidate(stated, min((scored(problem, x) for x in starts), key=lambda one: one.cost), others)
 
 
 def _factor(score: Score) -> Factor | None:
@@ -90,7 +186,15 @@ def _factor(score: Score) -> Factor | None:
     if abs(score.level) < SLIGHT:
         return None
     without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
-    return nearest(np.exp(score.level)) if with_it <= _LEFT * without else None
+    return nearest(np.exp(score.level)) if with_it <= LEFT * without else None
+
+
+def _factor_within(best: Candidate) -> Factor | None:
+    """The same where what was stated to be uncertain may be so."""
+    if abs(best.score.level) < SLIGHT:
+        return None
+    level = levelled(best.stated, best.score)
+    return nearest(np.exp(best.score.level)) if _less_within(best.score, level, best.stated) else None
 
 
 def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:

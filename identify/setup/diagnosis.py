@@ -2,33 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
-from identify.core.parameters import Scale
 from identify.core.threads import one_thread
-from identify.fitting.optimizers.base import Search, minimized
-from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.core.thresholds import CONVINCING
 from identify.setup.bounds import sag, too_stiff
+from identify.setup.brakes import brake
 from identify.setup.constants import Factor, near
 from identify.setup.decide import Decision, decided
-from identify.setup.edits import Change, Edit
+from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import searched
 from identify.setup.stated import Stated, stated
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.setup.within import times, within
 from identify.vibration.problem import Problem
 
 LARGE = 20.0
 """Gap above which the set-up is looked at: far more than a small effect leaves."""
 _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
+_TOLD_APART = 1.02
+"""Times the least gap up to which another explanation is as good."""
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
-_LIKELY = GaussNewton(evaluations=25, tolerance=1e-3)
 
 
 @dataclass(frozen=True)
@@ -79,35 +80,83 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
-    quick = gap_of(first)
-    if too_stiff(first):
-        return _in_rad_per_s(as_stated, first, quick)
-    if (quick if gap is None else gap) <= LARGE and first.cost <= ROUGH and abs(first.level) < SLIGHT:
-        return Looked(quick)
+    now = within(first, as_stated.uncertainty)
+    if too_stiff(first) and (fast := _in_rad_per_s(as_stated, first, now.gap, alone=True)) is not None:
+        return fast
+    small = (gap or now.gap) <= LARGE and first.cost <= ROUGH
+    if abs(first.level) < SLIGHT and (now.explained or small):
+        found = Found(Looked(now.gap), first)
+    else:
+        found = _found(as_stated, first, now.gap)
+    if too_stiff(found.corrected):
+        return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
+    return found.looked
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found, and the study as corrected, or as it is."""
+
+    looked: Looked
+    corrected: Score
+
+
+@dataclass(frozen=True)
+class _Put:
+    """What puts a decision right, with the factor that was chosen, and the gap it leaves."""
+
+    decision: Decision
+    edits: tuple[Change, ...]
+    score: Score
+    gap: float
+
+
+def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     decision = decided(searched(as_stated, first))
     if decision is None:
-        return Looked(quick)
-    factor, edits, after = _best_factor(as_stated, decision)
-    for other in decision.others[:_OTHERS]:
-        tried = _best_factor(as_stated, other)
-        if tried[2] < after:
-            decision, (factor, edits, after) = other, tried
-    if after >= quick:
-        return Looked(quick)
-    mistakes = _mistakes(replace(decision, factor=factor))
-    return Looked(quick, Diagnosis(mistakes, _probability(decision), quick, after, edits))
+        return Found(Looked(gap, _braked(as_stated, first, gap)), first)
+    every = [_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])]
+    if min(every, key=_gap).decision.factor is not None:
+        every += [_put(as_stated, one) for one in decision.level[:_OTHERS]]
+    best, *others = sorted(every, key=_gap)
+    if best.gap >= gap:
+        return Found(Looked(gap), first)
+    alike = [one.decision for one in others if one.gap <= _TOLD_APART * best.gap]
+    mistakes = _mistakes(best.decision, alike)
+    sure = _sure(decision.log_odds)
+    told = Diagnosis(mistakes, sure, gap, best.gap, best.edits)
+    return Found(Looked(gap, told), best.score)
 
 
-def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked:
+def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
+    """Where nothing explains all files, a drive that is another in one of them may."""
+    found = brake(as_stated, first)
+    if found is None:
+        return None
+    tried = len(as_stated.sets) * len(as_stated.robot.joints)
+    log_odds = -0.5 * found.count * np.log(found.share) - np.log(tried)
+    after = within(found.others, as_stated.uncertainty).gap
+    if log_odds < CONVINCING or after >= gap:
+        return None
+    mistake = Mistake("brake", found.sentence(as_stated))
+    return Diagnosis((mistake,), _sure(log_odds), gap, after, (found.edit,))
+
+
+def _gap(one: _Put) -> float:
+    return one.gap
+
+
+def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool = False) -> Looked | None:
     """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
     of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
+    None where they would be as stiff in rad/s, or (alone) where that alone leaves something to be explained.
     """
-    for hypothesis in radians_per_second(as_stated, first):
+    for hypothesis in radians_per_second(as_stated, stiff):
         there = as_stated.changed(hypothesis.edits)
         score = scored(there.problem())
-        if too_stiff(score):
+        if too_stiff(score) or (alone and not _right(there, score)):
             continue
-        degrees, right = np.degrees(sag(first)), np.degrees(sag(score))
+        degrees, right = np.degrees(sag(stiff)), np.degrees(sag(score))
         sentence = (
             f"{hypothesis.sentence}: as stated, the arm would sag under its own weight by {degrees:.1g}"
             f" degrees, which no drive is stiff enough for; in rad/s by {right:.1g}"
@@ -119,28 +168,24 @@ def _in_rad_per_s(as_stated: Stated, first: Score, quick: float) -> Looked:
         more = inner.diagnosis
         edits, mistakes = (*hypothesis.edits, *more.edits), (mistake, *more.mistakes)
         return Looked(quick, replace(more, mistakes=mistakes, edits=edits, gap_before=quick))
-    return Looked(quick)
+    return None
 
 
-def _best_factor(as_stated: Stated, decision: Decision) -> tuple[Factor | None, tuple[Change, ...], float]:
-    """The known factor near that which was found that leaves the least gap, all edits with it, and that
-    gap.
-    """
+def _right(stated: Stated, score: Score) -> bool:
+    """Whether a variant needs nothing further."""
+    level = abs(score.level) < SLIGHT
+    return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
+
+
+def _put(as_stated: Stated, decision: Decision) -> _Put:
+    """A decision with the known factor near that which was found that leaves the least gap."""
     found = []
     for factor in (None,) if decision.factor is None else near(decision.factor.value):
-        edits = (*_edits(decision), *_of_factor(replace(decision, factor=factor)))
-        score = scored(as_stated.changed(edits).problem(), decision.start(edits))
-        found.append((factor, edits, gap_of(score)))
-    return min(found, key=lambda one: one[2])
-
-
-def gap_of(score: Score) -> float:
-    """The gap of a variant, fitted by the likelihood from where logarithms led."""
-    objective = FrfLeastSquares().objective(score.problem.targets())
-    scale = Scale(score.problem.parameters)
-    search = Search(objective, scale, 10 * _LIKELY.evaluations)
-    minimized(_LIKELY, search, scale.to_x(score.values), np.random.default_rng(0))
-    return float(search.best_cost)
+        chosen = replace(decision, factor=factor)
+        edits = (*_edits(chosen), *_of_factor(chosen))
+        score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
+        found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
+    return min(found, key=_gap)
 
 
 def _edits(decision: Decision) -> tuple[Change, ...]:
@@ -154,25 +199,17 @@ def _edits(decision: Decision) -> tuple[Change, ...]:
 def _of_factor(decision: Decision) -> tuple[Change, ...]:
     if decision.factor is None:
         return ()
-    told = decision.candidate.stated.study.measurements
-    return tuple(
-        Edit(
-            ("measurements", number, "correct", "factor"),
-            float(f"{one.correct.factor / decision.factor.value:.8g}"),
-        )
-        for number, one in enumerate(told)
-    )
+    return times(decision.candidate.stated, 1 / decision.factor.value)
 
 
-def _mistakes(decision: Decision) -> tuple[Mistake, ...]:
+def _mistakes(decision: Decision, alike: Sequence[Decision] = ()) -> tuple[Mistake, ...]:
+    """Those of a decision, its last with what explains as much in its place."""
     named = [Mistake(one.code, one.sentence) for one in decision.candidate.hypotheses]
-    if named and decision.alike:
-        others = dict.fromkeys(one.hypotheses[-1].sentence for one in decision.alike)
-        others.pop(named[-1].sentence, None)
-        named[-1] = replace(named[-1], otherwise=tuple(others))
     if decision.factor is not None:
         named.append(_factor_mistake(decision.factor))
-    return tuple(named)
+    others = dict.fromkeys([*named[-1].otherwise, *(_mistakes(one)[-1].sentence for one in alike)])
+    others.pop(named[-1].sentence, None)
+    return (*named[:-1], replace(named[-1], otherwise=tuple(others)))
 
 
 def _factor_mistake(factor: Factor) -> Mistake:
@@ -180,6 +217,8 @@ def _factor_mistake(factor: Factor) -> Mistake:
     return Mistake("factor", f"all FRFs are {factor.words} what they should be: {first}", tuple(others))
 
 
-def _probability(decision: Decision) -> float:
-    """Of the mistakes, with those as likely in place of the last one: neither is told from the other here."""
-    return float(1 / (1 + np.exp(-decision.log_odds)))
+def _sure(log_odds: float) -> float:
+    """The probability of mistakes, with those as likely in place of the last one: neither is told from the
+    other here.
+    """
+    return float(1 / (1 + np.exp(-log_odds)))

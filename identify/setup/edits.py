@@ -69,7 +69,7 @@ def in_words(edits: Sequence[Change]) -> str:
 
 def _line(edit: Edit) -> str:
     """A key with its value; the number of a measurement is said only where postures are told apart."""
-    alike = edit.key[0] == "measurements" and edit.key[-1] != "posture_deg"
+    alike = edit.key[0] == "measurements" and edit.key[-1] not in ("posture_deg", "use")
     key = [str(part) for part in edit.key if not (alike and isinstance(part, int))]
     return f"{'.'.join(key)}: {_text(edit.value)}"
 

@@ -9,6 +9,7 @@ from identify.setup.edits import Change
 from identify.setup.score import Score
 from identify.setup.stated import Stated
 
+Around = Callable[[int], "list[Hypothesis]"]
 Settle = Callable[[Score], tuple[Change, ...]]
 
 
@@ -16,7 +17,9 @@ Settle = Callable[[Score], tuple[Change, ...]]
 class Hypothesis:
     """code: of its kind; sentence: what was done, as "the angles of joint 2 have the other sign"; edits: what
     puts it right; settle: the edits that a fit of it leads to, where they hold a number that was fitted
-    along; about: what it is about, of which one mistake at a time is looked for; count: how many it is.
+    along; about: what it is about, of which one mistake at a time is looked for; count: how many it is;
+    around: where it holds a number that is only about right, the same with others, by how many times their
+    distance was halved.
     """
 
     code: str
@@ -25,6 +28,7 @@ class Hypothesis:
     about: str
     settle: Settle | None = None
     count: int = 1
+    around: Around | None = None
 
     def settled(self, score: Score) -> tuple[Change, ...]:
         """What puts it right, with the numbers that a fit found."""

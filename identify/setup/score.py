@@ -9,7 +9,7 @@ stiffnesses, over what drives of robots have.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,22 +41,43 @@ _TOWARDS = 6
 """Evaluations on magnitudes alone, whose valley is wider still."""
 
 
+def frf_targets(problem: Problem) -> tuple[FrfTarget, ...]:
+    """Of all measurements in their order, whether they are fitted or not."""
+    return tuple(m.target for m in problem.measurements if isinstance(m.target, FrfTarget))
+
+
+Slopes = tuple[Complex, Complex]
+"""FRFs (lines, pairs) and their derivatives (lines, pairs, free)."""
+
+
 class LogShape(ProductObjective):
     """RMS of weighted logarithms of predicted over measured FRFs, up to one common factor; phases: whether
     they count, or magnitudes alone.
     """
 
-    def __init__(self, problem: Problem, *, phases: bool = True) -> None:
-        self.targets = problem.targets().frf + problem.targets("validate").frf
+    def __init__(self, problem: Problem) -> None:
+        self.targets = frf_targets(problem)
+        self._free = Scale(problem.parameters).free
         self._seen = [_seen(target, problem.initial) for target in self.targets]
-        self._phases = 1j if phases else 0.0
+        self._phases = 1j
         self._weights = [
             _weights(target, seen) for target, seen in zip(self.targets, self._seen, strict=True)
         ]
+        self._measured = [
+            target.measured[:, seen] for target, seen in zip(self.targets, self._seen, strict=True)
+        ]
+        self._last: tuple[bytes, list[Slopes]] = (b"", [])
+        self.moving = sum(map(len, self._seen))
         self.count = sum(2 * weight.size for weight in self._weights)
         self._square = sum(float(np.sum(weight**2)) for weight in self._weights)
         if not self._square:
             raise InputError("points", "no channel that the model moves", "points on links that move")
+
+    def of_magnitudes(self) -> LogShape:
+        """The same of magnitudes alone."""
+        other = copy(self)
+        other._phases = 0.0
+        return other
 
     def costs(self, candidates: Array) -> Array:
         """(m,) with the best factor for each."""
@@ -64,8 +85,8 @@ class LogShape(ProductObjective):
         with np.errstate(all="ignore"):
             for part in in_chunks(self.targets, candidates):
                 squares[part] = 0.0
-                for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
-                    logs = self._logs(target, seen, target.predict_pairs(candidates[part]))
+                for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
+                    logs = self._logs(number, seen, self._predicted(number, candidates[part]))
                     squares[part] += np.sum(weight**2 * np.abs(logs) ** 2, axis=(1, 2))
                     pull[part] += np.sum(weight**2 * logs.real, axis=(1, 2))
         total = squares - pull**2 / self._square
@@ -76,10 +97,10 @@ class LogShape(ProductObjective):
         size = len(free) + 1
         total, along = np.zeros((size, size)), np.zeros(size)
         with np.errstate(all="ignore"):
-            for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
-                h, gradient = target.gradient_pairs(values, free)
+            told = zip(self._slopes(values), self._seen, self._weights, strict=True)
+            for number, ((h, gradient), seen, weight) in enumerate(told):
                 slope = gradient[:, seen] / h[:, seen, None]
-                logs = self._logs(target, seen, h)[..., None]
+                logs = self._logs(number, seen, h)[..., None]
                 slope = np.where(np.abs(logs.real) < _FARTHEST, slope, 0.0)
                 rows = (np.concatenate([slope, logs], axis=-1) * weight[..., None]).reshape(-1, size)
                 total += rows.real.T @ rows.real
@@ -88,14 +109,27 @@ class LogShape(ProductObjective):
                 along += weight.ravel() @ rows.real
         return np.asarray(total - np.outer(along, along) / self._square)
 
+    def _predicted(self, number: int, candidates: Array) -> Complex:
+        """(m, lines, pairs) of a set; a single candidate with its slopes, which its step will ask for."""
+        if len(candidates) > 1:
+            return self.targets[number].predict_pairs(candidates)
+        return self._slopes(candidates[0])[number][0][None]
+
+    def _slopes(self, values: Array) -> list[Slopes]:
+        """Predictions and derivatives of all sets, kept for the next who asks."""
+        if self._last[0] != values.tobytes():
+            found = [target.gradient_pairs(values, self._free) for target in self.targets]
+            self._last = values.tobytes(), found
+        return self._last[1]
+
     def squares(self, values: Array, level: float = 0.0) -> list[Array]:
         """Squares by FRF (pairs,) of each set, less what a common factor exp(level) explains; zero for FRFs
         that the model does not move.
         """
         found = []
-        for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
-            logs = self._logs(target, seen, target.predict_pairs(values)) + level
-            own = np.zeros(len(target.pairs[0]))
+        for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
+            logs = self._logs(number, seen, self._slopes(values)[number][0]) + level
+            own = np.zeros(len(self.targets[number].pairs[0]))
             own[seen] = np.sum(weight**2 * np.abs(logs) ** 2, axis=0)
             found.append(own)
         return found
@@ -103,20 +137,21 @@ class LogShape(ProductObjective):
     def level(self, values: Array) -> float:
         """ln of the factor that the measured FRFs have beyond the model, at values (parameters,)."""
         pull = 0.0
-        for target, seen, weight in zip(self.targets, self._seen, self._weights, strict=True):
-            logs = self._logs(target, seen, target.predict_pairs(values))
+        for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
+            logs = self._logs(number, seen, self._slopes(values)[number][0])
             pull += float(np.sum(weight**2 * logs.real))
         return -pull / self._square
 
-    def _logs(self, target: FrfTarget, seen: Index, h: Complex) -> Complex:
+    def _logs(self, number: int, seen: Index, h: Complex) -> Complex:
         """Of predicted over measured."""
-        logs = logarithm(h[..., seen] / target.measured[:, seen])
+        logs = logarithm(h[..., seen] / self._measured[number])
         return np.asarray(np.clip(logs.real, -_FARTHEST, _FARTHEST) + self._phases * logs.imag, dtype=complex)
 
 
 def _seen(target: FrfTarget, values: Array) -> Index:
     """Numbers of the FRFs that the model moves by more than rounding, at values (parameters,)."""
-    size = np.abs(target.predict_pairs(values)).max(axis=0)
+    h, _ = target.gradient(values, np.zeros(0, dtype=int))
+    size = np.abs(target.paired(h)).max(axis=0)
     return np.flatnonzero(size > _STILL * size.max(initial=0.0))
 
 
@@ -140,20 +175,19 @@ class Score:
         return LogShape(self.problem).squares(self.values, self.level if levelled else 0.0)
 
 
-def cost_at(problem: Problem, values: Array) -> float:
-    """The cost at values (parameters,), without a fit."""
-    return float(LogShape(problem).costs(values[None])[0])
-
-
-def scored(problem: Problem, start: Array | None = None, optimizer: GaussNewton = _QUICK) -> Score:
+def scored(
+    problem: Problem,
+    start: Array | None = None,
+    optimizer: GaussNewton = _QUICK,
+    shape: LogShape | None = None,
+) -> Score:
     """A variant, fitted from the best scale of its start values by magnitudes, or from `start` (parameters,)
-    if that is better.
+    if that is better; shape: of the problem, where it is there already.
     """
-    scale, shape = Scale(problem.parameters), LogShape(problem)
-    magnitudes = LogShape(problem, phases=False)
+    scale, shape = Scale(problem.parameters), shape or LogShape(problem)
+    magnitudes = shape.of_magnitudes()
     given = [] if start is None else [scale.to_x(start)]
-    near: list[Sequence[float]] = [] if start is None else [_SCALES[::2], (0.0,)]
-    starts = np.clip([*given, *_scaled(problem, scale, *near)], *scale.bounds())
+    starts = np.clip([*given, *_scaled(problem, scale)], *scale.bounds())
     costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
@@ -168,9 +202,7 @@ def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) ->
     return x if search.best_x is None else search.best_x
 
 
-def _scaled(
-    problem: Problem, scale: Scale, scales: Sequence[float] = _SCALES, slopes: Sequence[float] = _SLOPES
-) -> list[Array]:
+def _scaled(problem: Problem, scale: Scale) -> list[Array]:
     """Start values (free,) with stiffnesses a factor larger, which may fall or rise along the arm; dampers by
     its root.
     """
@@ -184,4 +216,4 @@ def _scaled(
         along = 2 * (int(digits) - 1) / (joints - 1) - 1 if digits.isdigit() else 0.0
         whole[place], slope[place] = power, power * along
     first = scale.to_x(problem.initial)
-    return [first + one * whole + other * slope for one in scales for other in slopes]
+    return [first + one * whole + other * slope for one in _SCALES for other in _SLOPES]

@@ -6,21 +6,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
 from identify.fitting.optimizers.gauss_newton import GaussNewton
-from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
-from identify.setup.score import ROUGH, SLIGHT, Score, cost_at, scored
+from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
 from identify.setup.stated import Stated
+from identify.setup.within import levelled, within
 from identify.vibration.problem import Problem
 
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
 _PROMISING = 10
 """Hypotheses of a round that are fitted for more than a few steps."""
+_ABOUT = 2
+"""Of these, those with a number that is only about right."""
 _ANEW = 3
 """Of these, those that are fitted from all starts: a wrong set-up leads into a valley of its own."""
 _ROUNDS = 3
@@ -29,10 +32,13 @@ _HELPS = 0.85
 """Times the cost that a mistake must come down to, to be looked at further."""
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
-_FINEST_DEG = 0.5
+_HALVINGS, _STEPS = 6, 2
+"""How often steps of a number that is only about right are halved, and how many of each are made."""
 _NOTHING = 1e-3
 """Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
 upright."""
+_AS_GOOD = 1.1
+"""Times the cost up to which the likelihood may tell what logarithms do not."""
 _MORE = 1.03
 """Times the cost that one mistake more, such as a common factor, has to be worth."""
 
@@ -50,53 +56,80 @@ class Candidate:
         """The codes of its hypotheses."""
         return tuple(one.code for one in self.hypotheses)
 
+    @cached_property
+    def moving(self) -> int:
+        """How many FRFs the model moves."""
+        return LogShape(self.score.problem).moving
+
 
 @dataclass(frozen=True)
 class Searched:
-    """The study as stated, the best that was found, and what is about as good as its last mistake; asked: how
-    many hypotheses a round had.
+    """The study as stated; rounds: after each, the best that was found, and what is about as good as its last
+    mistake; rivals: the best with one mistake more that makes its common factor needless; asked: how many
+    hypotheses a round had.
     """
 
     plain: Candidate
-    best: Candidate
-    alike: tuple[Candidate, ...]
+    rounds: tuple[tuple[Candidate, ...], ...]
+    rivals: tuple[Candidate, ...]
     asked: int
 
 
 def searched(stated: Stated, score: Score) -> Searched:
     """The mistakes that explain most of what is left of a study as stated, whose score is known."""
     plain = Candidate(stated, score)
-    best, alike, asked = plain, list[Candidate](), 0
-    for _ in range(_ROUNDS):
-        if best.score.cost <= ROUGH:
+    best, rounds, rivals, asked = plain, list[tuple[Candidate, ...]](), list[Candidate](), 0
+    while len(rounds) < _ROUNDS:
+        explained = _explained(best)
+        if explained and abs(best.score.level) < SLIGHT:
             break
         tried, count = _round(best)
         asked = max(asked, count)
-        if not tried or _cost(tried[0]) > _HELPS * _cost(best):
+        if explained or not tried or _cost(tried[0]) > _HELPS * _cost(best):
+            level = [one for one in tried if abs(one.score.level) < SLIGHT]
+            rivals = [one for one in level if one.score.cost <= _AS_GOOD * best.score.cost]
             break
-        best, alike = tried[0], tried[1:]
-    return Searched(plain, best, tuple(alike), asked)
+        best = tried[0]
+        rounds.append(tuple(tried))
+    return Searched(plain, tuple(rounds), tuple(rivals), asked)
+
+
+def _explained(one: Candidate) -> bool:
+    """Whether a candidate leaves nothing to be explained, but a common factor."""
+    if one.score.cost <= ROUGH:
+        return True
+    return within(levelled(one.stated, one.score), one.stated.uncertainty).explained
 
 
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
     """One more mistake on top of those of a candidate, best first; and how many were asked for."""
     soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
-    tried = _tried(base, soon)
+    tried = refined(base, soon)
     if not tried or _cost(tried[0]) > _HELPS * _cost(base):
         later = list(_of_kinds(base, _LATER))
         soon += later
-        tried = sorted([*tried, *map(_finer, _tried(base, later)[:1])], key=_cost)
+        tried = sorted([*tried, *refined(base, later)[:1]], key=_cost)
     return tried, len(soon)
 
 
-def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, the most promising, best first."""
     small = base.stated.glanced()
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
     glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
-    promising = sorted(glanced, key=_cost)[:_PROMISING]
-    settled = sorted([_settled(base, one) for one in promising], key=_cost)
+    settled = sorted([_settled(base, one) for one in _promising(glanced)], key=_cost)
+    about = [n for n, one in enumerate(settled) if one.hypotheses[-1].around][:1]
+    for n in about:
+        settled[n] = _finer(settled[n])
+    settled.sort(key=_cost)
     return sorted([*map(_anew, settled[:_ANEW]), *settled[_ANEW:]], key=_cost)
+
+
+def _promising(glanced: Sequence[Candidate]) -> list[Candidate]:
+    """The best; of those that hold a number which is only about right few, which are then made better."""
+    best = sorted(glanced, key=_cost)
+    about = [one for one in best if one.hypotheses[-1].around][_ABOUT:]
+    return [one for one in best if not any(one is other for other in about)][:_PROMISING]
 
 
 def _cost(one: Candidate) -> float:
@@ -119,19 +152,15 @@ def _with(base: Candidate, hypothesis: Hypothesis, optimizer: GaussNewton) -> Ca
         stated = base.stated.changed(hypothesis.edits)
         problem = stated.problem()
         start = _start(base.score, problem)
-        if _moving(problem) < _moving(base.score.problem):
+        shape = LogShape(problem)
+        if shape.moving < base.moving:
             return None  # what is measured to move does not stand on the ground
-        if start is not None and abs(cost_at(problem, start) / base.score.cost - 1) < _NOTHING:
+        if start is not None and abs(float(shape.costs(start[None])[0]) / base.score.cost - 1) < _NOTHING:
             return None
-        score = scored(problem, start, optimizer)
+        score = scored(problem, start, optimizer, shape)
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
     return Candidate(stated, score, (*base.hypotheses, hypothesis))
-
-
-def _moving(problem: Problem) -> int:
-    """How many FRFs the model moves."""
-    return sum(len(target.observable) for use in ("fit", "validate") for target in problem.targets(use).frf)
 
 
 def _start(score: Score, problem: Problem) -> np.ndarray | None:
@@ -153,31 +182,17 @@ def _anew(one: Candidate) -> Candidate:
 
 
 def _finer(one: Candidate) -> Candidate:
-    """An offset of a joint in ever smaller steps."""
-    step, best = 8.0, one
-    [edit] = [edit for edit in one.hypotheses[-1].edits if isinstance(edit, Edit)]
-    number = int(one.hypotheses[-1].about.removeprefix("zero"))
-    while step >= _FINEST_DEG:
-        now = _offsets(best)
-        tried = [
-            _moved(best, edit, [*now[:number], now[number] + sign * step, *now[number + 1 :]])
-            for sign in (1, -1)
-        ]
+    """A candidate whose last mistake holds a number that is only about right, with better ones."""
+    best = one
+    for halved in [halved for halved in range(_HALVINGS) for _ in range(_STEPS)]:
+        around = best.hypotheses[-1].around
+        tried = [_moved(best, other) for other in (around(halved) if around else [])]
         best = min([best, *tried], key=_cost)
-        step /= 2
-    offset = _offsets(best)[number]
-    sentence = f"the zero of joint {number + 1} is off by about {offset:.3g} degrees"
-    last = replace(best.hypotheses[-1], sentence=sentence)
-    return replace(best, hypotheses=(*best.hypotheses[:-1], last))
+    return best
 
 
-def _offsets(one: Candidate) -> list[float]:
-    return list(one.stated.study.joint_angles.offset_deg or [])
-
-
-def _moved(one: Candidate, edit: Edit, offsets: list[float]) -> Candidate:
-    edits: tuple[Change, ...] = (replace(edit, value=offsets),)
-    stated = one.stated.changed(edits)
+def _moved(one: Candidate, last: Hypothesis) -> Candidate:
+    """A candidate with another last mistake at the same keys."""
+    stated = one.stated.changed(last.edits)
     score = scored(stated.problem(), one.score.values, _GLANCE)
-    last = replace(one.hypotheses[-1], edits=edits)
     return Candidate(stated, score, (*one.hypotheses[:-1], last))

@@ -17,6 +17,7 @@ from identify.robot.points import Point, check_links
 from identify.robot.read import read_robot
 from identify.setup.edits import Change, OnLink, edited
 from identify.vibration.given import Given, along_links, given_of, in_band, posture_of, read_as_they_are
+from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.problem import Problem, assembled
 from identify.vibration.study import MeasurementSettings, Study, StudyFile
 
@@ -33,8 +34,9 @@ class Stated:
     """A study as stated.
 
     data: of its file, plain; sets: its FRFs by number of measurement, as their files have them, with their
-    noise and few lines; records: length of the records behind them, s; robots: those read so far, by what the
-    study says of them.
+    noise and few lines; records: length of the records behind them, s; uncertainty: how far off what it says
+    may be, with which no variant is fitted at first; robots: those read so far, by what the study says of
+    them.
     """
 
     file: StudyFile
@@ -42,6 +44,7 @@ class Stated:
     points: Mapping[int, Point]
     sets: Mapping[int, FrfSet]
     records: Mapping[int, float | None]
+    uncertainty: UncertaintySettings | None = None
     robots: dict[str, Robot] = field(default_factory=dict, repr=False)
 
     @property
@@ -112,7 +115,8 @@ def stated(problem: Problem) -> Stated:
     for key, value in file.overrides.items():
         data[key] = value
     study = file.study.model_copy(update={"uncertainty": None})
-    return Stated(file.model_copy(update={"study": study}), data, problem.points, sets, records)
+    told = file.model_copy(update={"study": study})
+    return Stated(told, data, problem.points, sets, records, file.study.uncertainty)
 
 
 def _few(file: StudyFile, given: Given) -> FrfSet:

@@ -14,7 +14,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER
 from identify.model.frf import frf
 from identify.robot.points import Point
-from identify.setup.score import Score
+from identify.setup.score import Score, frf_targets
 from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
 
@@ -48,10 +48,7 @@ class Beside:
 
 def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
     """Every measurement beside a fitted model."""
-    targets = score.problem.targets()
-    return [
-        _beside(target, score, points) for target in (*targets.frf, *score.problem.targets("validate").frf)
-    ]
+    return [_beside(target, score, points) for target in frf_targets(score.problem)]
 
 
 def _beside(target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Beside:

@@ -2,8 +2,9 @@
 
     python -m tests.benchmarks.setup_exam --seed 1 [--slips 40] [--right 20] [--arms compact large random]
 
-Every kind of slip of `tests.benchmarks.setup_slips` is drawn about as often, every sixth together with
-another; of the right set-ups every other one has an effect of the catalogue hidden in it.  Tests are
+Every kind of slip of `tests.benchmarks.setup_slips` is drawn about as often, every fourth together with
+another; of the right set-ups every other one has an effect of the catalogue hidden in it.  Every other test
+is of an arm that is not quite as told, by as much as its study states, `careful` or `typical`.  Tests are
 simulated in the time domain by `tests.generator`, which shares no code with the package.  Draw after the
 work, and score once.
 """
@@ -14,6 +15,7 @@ import argparse
 import json
 import tempfile
 import time
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -24,11 +26,12 @@ import numpy as np
 from identify.core.errors import InputError, InputErrors
 from identify.measured.frf_set import FrfSet
 from identify.setup.bounds import no_phases, placeholders
-from identify.setup.diagnosis import look
+from identify.setup.diagnosis import Looked, look
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
-from tests.benchmarks.setup_slips import SLIPS, Named, Told, told, write
+from tests.benchmarks.setup_slips import SIMULATED, SLIPS, Named, Told, told, write
 from tests.generator.cases import hide
+from tests.generator.dirt import CAREFUL, ORDINARY, Dirt, soil
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 
@@ -36,16 +39,24 @@ RESULTS = Path(__file__).with_name("results") / "setup_exam.json"
 HIDDEN = ("base_rocking", "tilt_j2", "radial_j2", "axial_j3", "link2_flex", "absorber_l3", "rotor_j2")
 _WITHOUT_FIT = ("magnitudes", "decibels", "real_parts", "placeholders")
 """Slips beside which there is no other to be seen."""
-_PAIRS = 6
+_PAIRS = 4
+_STATED: tuple[tuple[str, Dirt | None], ...] = (
+    ("", None),
+    ("careful", CAREFUL),
+    ("", None),
+    ("typical", ORDINARY),
+)
+"""In turn: what a study states, and how far its arm is off."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """One test: what was wrong, what was said (code, sentence), whether that is exact; gaps; seconds of the
-    processor.
+    """One test: what was stated as uncertain, what was wrong, what was said (code, sentence), whether that is
+    exact; gaps; seconds of the processor.
     """
 
     arm: str
+    stated: str
     hidden: str
     slips: tuple[str, ...]
     said: tuple[Named, ...]
@@ -84,25 +95,35 @@ def _row(data: dict[str, Any]) -> Row:
     return Row(**{**data, **told})
 
 
-def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Any:
+def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Iterator[Row]:
     seed = int(rng.integers(1, 10**6))
-    plain = _test(arm, seed, "none")
+    plain = {one[0]: told(_spec(arm, seed, "none", _STATED.index(one))) for one in dict.fromkeys(_STATED)}
     for number, name in enumerate(_drawn(given, arm)):
-        names = [str(name)]
-        if number % _PAIRS == _PAIRS - 1 and name not in _WITHOUT_FIT:
-            others = [one for one in SLIPS if one not in (*_WITHOUT_FIT, name) and _apart(one, str(name))]
-            names.append(str(rng.choice(others)))
-        yield _scored(arm, "none", deepcopy(plain), names, rng)
+        names, wanted, stated = [name], list[Named](), _STATED[number % len(_STATED)][0]
+        if number % _PAIRS == rng.integers(_PAIRS) and name not in _WITHOUT_FIT:
+            names.append(str(rng.choice([one for one in SLIPS if _apart(one, name)])))
+        if name in SIMULATED:
+            test, wanted = SIMULATED[name](_spec(arm, int(rng.integers(1, 10**6)), "none", number))
+        else:
+            test = deepcopy(plain[stated])
+        test.uncertainty = stated
+        for one in names:
+            wanted += SLIPS[one](test, rng) if one in SLIPS else []
+        yield _scored((arm, stated, "none", tuple(names)), test, wanted)
     for number in range(given.right):
+        stated = _STATED[number // 2 % len(_STATED)][0]
         hidden = HIDDEN[number // 2 % len(HIDDEN)] if number % 2 else "none"
-        yield _scored(arm, hidden, _test(arm, int(rng.integers(1, 10**6)), hidden), [], rng)
+        test = told(_spec(arm, int(rng.integers(1, 10**6)), hidden, number // 2))
+        test.uncertainty = stated
+        yield _scored((arm, stated, hidden, ()), test, [])
 
 
 def _drawn(given: Any, arm: str) -> list[str]:
     """The slips of an arm: all kinds once before any comes again, over all arms."""
     rng, place = np.random.default_rng([given.seed, 0xE]), sorted(MAKES).index(arm) * given.slips
-    rounds = -(-len(MAKES) * given.slips // len(SLIPS))
-    order = [str(name) for _ in range(rounds) for name in rng.permutation(list(SLIPS))]
+    kinds = [*SLIPS, *SIMULATED]
+    rounds = -(-len(MAKES) * given.slips // len(kinds))
+    order = [str(name) for _ in range(rounds) for name in rng.permutation(kinds)]
     return order[place : place + given.slips]
 
 
@@ -112,43 +133,43 @@ def _apart(one: str, other: str) -> bool:
         ("g_for", "ms2", "hammer", "mm_for", "pound", "inches", "velocity", "displacement", "robot_lb"),
         ("nodes", "links", "wrong", "cube", "channel", "cables", "sensor", "world"),
         ("sign", "all", "zero", "radians", "order", "from", "postures"),
-        ("masses", "robot", "inertia", "lengths"),
+        ("masses", "robot", "inertia", "lengths", "payload", "no_payload"),
         ("force",),
-        ("rad_per_s", "window", "one_file"),
+        ("rad_per_s", "window", "one_file", "braked"),
+        ("mm_for_m", "inertia_kg_mm2", "robot_g"),  # two of these are the third
     )
-    return not any(one.startswith(names) and other.startswith(names) for names in families)
+    alone = one in _WITHOUT_FIT or other in _WITHOUT_FIT
+    return not alone and not any(one.startswith(names) and other.startswith(names) for names in families)
 
 
-def _test(arm: str, seed: int, hidden: str) -> Told:
-    spec = TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2)
-    return told(hide(spec, hidden))
+def _spec(arm: str, seed: int, hidden: str, number: int) -> TestSpec:
+    spec = hide(TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2), hidden)
+    dirt = _STATED[number % len(_STATED)][1]
+    return spec if dirt is None else soil(spec, dirt)
 
 
-def _scored(arm: str, hidden: str, test: Told, names: list[str], rng: np.random.Generator) -> Row:
-    wanted = [named for name in names for named in SLIPS[name](test, rng)]
+def _scored(what: tuple[str, str, str, tuple[str, ...]], test: Told, wanted: list[Named]) -> Row:
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         path = write(test, Path(folder) / "test")
         try:
             problem = load_problem(read_study(path))
         except (InputError, InputErrors) as error:
-            said = [("refused", str(error))]
-            right = bool(names) and names[0] in _WITHOUT_FIT
-            return Row(arm, hidden, tuple(names), tuple(said), right, np.nan, np.nan, np.nan, 0.0)
-        found = [one for one in placeholders(problem.robot)]
+            right = any(one in _WITHOUT_FIT for one in what[-1])
+            return Row(*what, (("refused", str(error)),), right, np.nan, np.nan, np.nan, 0.0)
         data = problem.measurements[0].given.data
         assert isinstance(data, FrfSet)
-        found += no_phases(data)
+        found = [*placeholders(problem.robot), *no_phases(data)]
         said = [(one.check, one.sentence) for one in found]
-        looked = look(problem)
-    diagnosis = None if said else looked.diagnosis
+        looked = Looked(np.nan) if said else look(problem)
+    diagnosis = looked.diagnosis
     if diagnosis is not None:
         said += [(one.code, one.sentence) for one in diagnosis.mistakes]
     right = len(said) == len(wanted) and all(any(_is(one, want) for one in said) for want in wanted)
     after = np.nan if diagnosis is None else diagnosis.gap_after
     sure = np.nan if diagnosis is None else diagnosis.probability
-    seconds = time.process_time() - began
-    return Row(arm, hidden, tuple(names), tuple(said), right, looked.gap, after, sure, round(seconds, 1))
+    seconds = round(time.process_time() - began, 1)
+    return Row(*what, tuple(said), right, looked.gap, after, sure, seconds)
 
 
 def _is(said: Named, wanted: Named) -> bool:
@@ -159,7 +180,8 @@ def _is(said: Named, wanted: Named) -> bool:
 def _line(row: Row) -> str:
     what = "+".join(row.slips) or f"right ({row.hidden})"
     said = "" if row.right else f"  said {[f'{code}: {text}' for code, text in row.said]}"
-    return f"{'ok' if row.right else 'NO'} {row.arm} {what} gap {row.gap:.4g} {row.seconds} s{said}"
+    where = " ".join(filter(None, (row.arm, row.stated)))
+    return f"{'ok' if row.right else 'NO'} {where} {what} gap {row.gap:.4g} {row.seconds} s{said}"
 
 
 def _known(value: Any) -> Any:
@@ -174,8 +196,13 @@ def _summary(seed: int, rows: list[Row]) -> dict[str, Any]:
             "slips": len(slips),
             "named exactly": sum(row.right for row in slips),
             "kinds": len({row.slips[0] for row in slips}),
+            "of two": sum(len(row.slips) > 1 for row in slips),
+            "of two, named exactly": sum(row.right for row in slips if len(row.slips) > 1),
+            "beside stated uncertainty": sum(row.stated != "" for row in slips),
+            "of these, named exactly": sum(row.right for row in slips if row.stated),
             "right set-ups": len(right),
             "named in right ones": sum(not row.right for row in right),
+            "median, s": float(np.median([row.seconds for row in rows])),
             "longest, s": max((row.seconds for row in rows), default=0.0),
         },
         "rows": [{key: _known(value) for key, value in asdict(row).items()} for row in rows],

@@ -18,7 +18,7 @@ from identify.setup.score import Score, scored
 from identify.setup.stated import stated
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
-from tests.benchmarks.setup_slips import SLIPS, Told, told, write
+from tests.benchmarks.setup_slips import SIMULATED, SLIPS, Told, told, write
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 
@@ -35,7 +35,13 @@ PANELS = {
     "channel_sign": "one channel reversed: magnitudes fit, phase does not",
     "masses_lb": "masses in pounds",
     "inertia_kg_cm2": "inertias in kg cm²",
+    "wrong_link": "a point on another link: one sensor is off",
+    "force_x10": "one force ten times too small",
+    "no_payload": "a payload that is not told",
+    "braked": "a brake on in this file: one drive stiffer",
 }
+_SECOND = ("braked",)
+"""What is seen in the second posture."""
 
 
 def main() -> None:
@@ -44,13 +50,14 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     parser.add_argument("--seed", type=int, default=5)
     given = parser.parse_args()
-    right = told(TestSpec(MAKES["large"](given.seed), seed=given.seed, binary=True, postures=2))
-    figure, axes = plt.subplots(3, 4, figsize=(15, 8.2), sharex=True, layout="constrained")
+    spec = TestSpec(MAKES["large"](given.seed), seed=given.seed, binary=True, postures=2)
+    right = told(spec)
+    figure, axes = plt.subplots(4, 4, figsize=(15, 10.8), sharex=True, layout="constrained")
     for panel, (name, title) in zip(axes.flat, PANELS.items(), strict=True):
-        test = deepcopy(right)
-        if name:
+        test = SIMULATED[name](spec)[0] if name in SIMULATED else deepcopy(right)
+        if name in SLIPS:
             SLIPS[name](test, np.random.default_rng(given.seed))
-        _draw(panel, _fitted(test), title, phase=name == "channel_sign")
+        _draw(panel, _fitted(test), title, int(name in _SECOND), phase=name == "channel_sign")
     axes[0, 0].legend(frameon=False, fontsize=9)
     for panel in axes[-1]:
         panel.set_xlabel("frequency, Hz")
@@ -64,13 +71,15 @@ def _fitted(test: Told) -> Score:
     return Score(problem, found.values, found.cost, found.level)
 
 
-def _draw(panel: plt.Axes, score: Score, title: str, *, phase: bool) -> None:
-    """The FRF of the first posture that is missed most, of those well above their noise."""
-    target = score.problem.targets().frf[0]
+def _draw(panel: plt.Axes, score: Score, title: str, number: int, *, phase: bool) -> None:
+    """The FRF of a posture that is missed most, of those well above their noise."""
+    target = score.problem.targets().frf[number]
     measured, fitted = target.measured, target.predict_pairs(score.values)
     loud = np.median(np.abs(measured), axis=0) > 10 * np.median(target.sigma, axis=0)
     moved = np.abs(fitted).max(axis=0) > 1e-6 * np.abs(fitted).max()
-    missed = np.where(loud & moved, np.mean(np.abs(np.log(np.abs(fitted / measured))), axis=0), -1.0)
+    with np.errstate(divide="ignore"):  # of a point that the model does not move
+        away = np.mean(np.abs(np.log(np.abs(fitted / measured))), axis=0)
+    missed = np.where(loud & moved, away, -1.0)
     if phase:
         turned = np.mean(np.abs(np.angle(fitted / measured)), axis=0)
         missed = np.where(loud & moved, turned, -1.0)

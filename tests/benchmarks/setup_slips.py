@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from tests.generator.measure import (
 )
 from tests.generator.rigid import Array, from_rpy, turn
 from tests.generator.spec import TestSpec
+from tests.generator.structure import AddedMass
 from tests.generator.universal import Function, dataset
 
 POUND = 0.45359237
@@ -35,7 +36,7 @@ Named = tuple[str, str]
 @dataclass
 class Told:
     """A test as its user tells it: frfs and coherences (lines, points, 3, 3) by posture; extra: lines of the
-    config; labels: node of each point in the FRF files; factor: 1 unless a slip has one.
+    config under `robot`; uncertainty: what it states; labels: node of each point in the FRF files.
     """
 
     arm: Arm
@@ -47,8 +48,8 @@ class Told:
     urdf: str
     points: list[list[str]]
     labels: list[int]
-    peak: str = ""
     extra: str = ""
+    uncertainty: str = ""
     true: list[list[float]] = field(default_factory=list)
 
     @property
@@ -58,7 +59,7 @@ class Told:
 
 
 def told(spec: TestSpec) -> Told:
-    """A test, simulated, and told as it is."""
+    """A test, simulated, and told as its user knows it."""
     postures = bent(spec)
     plants = [make_plant(spec, posture) for posture in postures]
     decay = stated_decay(spec, [linearise(plant, spec.hammer_points[0]) for plant in plants])
@@ -72,11 +73,11 @@ def told(spec: TestSpec) -> Told:
         shape = (len(frequency), len(spec.arm.points), 3)
         frfs.append(np.stack([one.h1.reshape(shape) for one in estimates], axis=-1))
         coherences.append(np.stack([one.coherence.reshape(shape) for one in estimates], axis=-1))
-    rows = [[str(p.node), p.name, p.link, *(f"{x:.6f}" for x in p.xyz)] for p in spec.arm.points]
+    known = spec.told or spec.arm
+    rows = [[str(p.node), p.name, p.link, *(f"{x:.6f}" for x in p.xyz)] for p in known.points]
     angles = [list(map(float, posture)) for posture in postures]
-    labels = [p.node for p in spec.arm.points]
-    urdf = spec.arm.urdf()
-    return Told(spec.arm, angles, frequency, frfs, coherences, decay, urdf, rows, labels, true=angles)
+    labels = [p.node for p in known.points]
+    return Told(known, angles, frequency, frfs, coherences, decay, known.urdf(), rows, labels, true=angles)
 
 
 def bent(spec: TestSpec) -> Array:
@@ -99,7 +100,9 @@ def write(test: Told, folder: Path) -> Path:
         "  urdf: robot.urdf",
         *test.extra.splitlines(),
     ]
-    lines += ["points: points.csv", "band_hz: [3, 80]", "starts: 4", "measurements:"]
+    lines += ["points: points.csv", "band_hz: [3, 80]", "starts: 4"]
+    lines += [f"uncertainty: {test.uncertainty}"] if test.uncertainty else []
+    lines += ["measurements:"]
     for number, posture in enumerate(test.postures, start=1):
         (folder / f"posture{number}.uff").write_bytes(_universal(test, number - 1))
         window = f", window_decay_per_s: {test.decay}" if test.decay else ""
@@ -411,6 +414,49 @@ def real_parts(test: Told, rng: np.random.Generator) -> list[Named]:
     return [("real-part", "real")]
 
 
+def carrying(spec: TestSpec) -> tuple[TestSpec, AddedMass]:
+    """The test of an arm that carries half to all of its hand's mass more, off its axes, and that mass."""
+    rng = np.random.default_rng([spec.seed, 0xCA])
+    hand = spec.arm.links[-1]
+    away = hand.inertia.centre + 0.4 * np.linalg.norm(spec.arm.points[-1].xyz) * rng.uniform(0.3, 1.0, 3)
+    x, y, z = (float(f"{one:.4f}") for one in away)
+    body = AddedMass(hand.name, (x, y, z), float(rng.uniform(0.5, 1.0)) * hand.inertia.mass)
+    return replace(spec, effects=(*spec.effects, body)), body
+
+
+def no_payload(spec: TestSpec) -> tuple[Told, list[Named]]:
+    """A payload that nobody told."""
+    return told(carrying(spec)[0]), [("payload", "carries a payload")]
+
+
+def payload_elsewhere(spec: TestSpec) -> tuple[Told, list[Named]]:
+    """A payload whose centre is told in the axes of a flange that is turned by a right angle or two."""
+    there, body = carrying(spec)
+    test = told(there)
+    x, y, z = body.position
+    turned = [[z, x, y], [-y, x, z], [-x, -y, z]][spec.seed % 3]
+    centre = ", ".join(f"{one:.6g}" for one in turned)
+    test.extra = f"  payload: [{{link: {body.link}, mass_kg: {body.mass_kg:.6g}, centre_m: [{centre}]}}]"
+    return test, [("payload-frame", "other axes")]
+
+
+def braked(spec: TestSpec) -> tuple[Told, list[Named]]:
+    """A brake on in one file, behind which a drive of joints 2 to 5 is six times as stiff."""
+    test, joint = told(spec), 2 + spec.seed % 4
+    stiff = np.array(spec.arm.stiffness)
+    stiff[joint - 1] *= 6.0
+    stiffer = replace(spec.arm, stiffness=stiff)
+    other = told(replace(spec, arm=stiffer, window_decay_per_s=test.decay))
+    test.frfs[1], test.coherences[1] = other.frfs[1], other.coherences[1]
+    return test, [("brake", f"joint {joint} ")]
+
+
+SIMULATED: dict[str, Callable[[TestSpec], tuple[Told, list[Named]]]] = {
+    "no_payload": no_payload,
+    "payload_elsewhere": payload_elsewhere,
+    "braked": braked,
+}
+"""Slips that a test has to be simulated for."""
 _MASS, _INERTIA, _LENGTH = "value", "ixx|ixy|ixz|iyy|iyz|izz", "xyz"
 SLIPS: dict[str, Slip] = {
     "g_for_ms2": scaled(1 / 9.80665, "0.102"),

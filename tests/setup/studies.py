@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from identify.core.yaml_input import yaml_text
 from identify.measured.correction import Correction
@@ -11,7 +14,9 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
+from identify.setup.score import scored
 from identify.setup.stated import Stated, stated
+from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 
@@ -50,6 +55,23 @@ def misread(folder: Path, wrong: Correction) -> list[dict[str, Any]]:
         data = load_frf_set(Path(one["file"]), FrfFileOptions())
         path = folder / Path(one["file"]).name
         write_uff58(path, wrong.applied(data, path.name))
+        one["file"] = str(path)
+    return found
+
+
+def simulated(folder: Path, stiffer: Mapping[str, float] | None = None, **keys: Any) -> list[dict[str, Any]]:
+    """The measurements with files of what the model itself predicts of the study with these keys, after a
+    fit of it; stiffer: factors of parameters in the second file.
+    """
+    problem = load_problem(read_study(written(folder, config(**keys))))
+    values, found = scored(stated(problem).problem()).values, each(noise={"relative": 0.02})
+    for number, (one, m) in enumerate(zip(found, problem.measurements, strict=True)):
+        factors = [(stiffer or {}).get(p.name, 1.0) if number else 1.0 for p in problem.parameters]
+        assert isinstance(m.target, FrfTarget)
+        data = m.target.data
+        frf = m.target.predict(values * np.array(factors))
+        path = folder / f"simulated{number}.uff"
+        write_uff58(path, FrfSet(data.frequency_hz, frf, data.outputs, data.inputs, data.quantity), True)
         one["file"] = str(path)
     return found
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +16,8 @@ from identify.setup.stated import Stated
 _TURNS = (90, -90, 180)
 _PARTS = (15, -15, 30, -30, 45, -45, 60, -60)
 """Offsets in degrees that are tried: by which controllers and robot files differ, and those between."""
+_STEP_DEG = 8.0
+"""From offsets between to the next that are tried."""
 
 
 def _edit(key: str, value: object) -> tuple[Edit, ...]:
@@ -65,11 +68,19 @@ def offsets(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     now = np.array(stated.study.joint_angles.offset_deg or [0.0] * count)
     for number in range(count):
         for turn in _PARTS:
-            sentence = f"the zero of joint {number + 1} is off by about {_word(turn)}"
-            yield _zero(now, {number: turn}, sentence, "joint-offset")
+            yield _offset(now, number, turn)
 
 
-def _zero(now: np.ndarray, turns: dict[int, int], sentence: str, code: str = "joint-zero") -> Hypothesis:
+def _offset(now: np.ndarray, number: int, turn: float) -> Hypothesis:
+    def around(halved: int) -> list[Hypothesis]:
+        step = _STEP_DEG / 2**halved
+        return [_offset(now, number, turn + one) for one in (step, -step)]
+
+    sentence = f"the zero of joint {number + 1} is off by about {turn:.3g} degrees"
+    return replace(_zero(now, {number: turn}, sentence, "joint-offset"), around=around)
+
+
+def _zero(now: np.ndarray, turns: Mapping[int, float], sentence: str, code: str = "joint-zero") -> Hypothesis:
     new = now.copy()
     for number, turn in turns.items():
         new[number] += turn

@@ -9,6 +9,7 @@ from itertools import permutations, product
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.robot.units import SI
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
@@ -32,6 +33,8 @@ _UNITS: tuple[tuple[dict[str, str], str], ...] = (
 _SIDES = {"+x": (9.81, 0, 0), "-x": (-9.81, 0, 0), "+y": (0, 9.81, 0), "-y": (0, -9.81, 0)}
 _CARRIED = 0.02
 """Share of the arm's mass that a payload begins with."""
+_FINEST = 3
+"""Halvings of the distance between places of a payload: to a few per cent of what the points span."""
 
 
 def units(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
@@ -44,27 +47,39 @@ def units(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 
 def payload(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
-    """A body at the end of the arm that the study does not have."""
+    """A body at the end of the arm that the study does not have, somewhere within what its points span."""
     link = stated.robot.links[-1]
-    at = [point.position for point in stated.points.values() if point.link == link.name]
-    places = [np.zeros(3), *sorted(at, key=np.linalg.norm)[-1:]]
-    first = _CARRIED * sum(one.mass for one in stated.robot.links[1:])
-    heaviest = sum(one.mass for one in stated.robot.links[1:])
     if any(getattr(effect, "link", "") == link.name for effect in stated.study.effects):
         return
+    at = [point.position for point in stated.points.values() if point.link == link.name]
+    size = max([float(np.linalg.norm(one)) for one in (*at, link.centre)])
+    places = [np.zeros(3), *(size / 2 * sign * axis for axis in np.eye(3) for sign in (1, -1))]
     for place in places:
-        at_m = [round(float(x), 4) for x in place]
-        mass = {"initial": first, "bounds": [0.0, heaviest]}
-        body = {"kind": "added-mass", "link": link.name, "at_m": at_m, "mass": mass}
-        effects = [*_effects(stated), body]
+        yield _carried(stated, place, size)
 
-        def settle(score: Score, at_m: list[float] = at_m) -> tuple[Change, ...]:
-            found = _value(score, "mass")
-            one = {"link": link.name, "mass_kg": float(f"{found:.3g}"), "centre_m": at_m}
-            return (Edit(("robot", "payload"), [*(stated.data["robot"].get("payload") or []), one]),)
 
-        sentence = f"{link.name} carries a payload that the study does not have"
-        yield Hypothesis("payload", sentence, (Edit(("effects",), effects),), "payload", settle)
+def _carried(stated: Stated, place: Array, size: float) -> Hypothesis:
+    """A payload with its centre at a place (3,), m, of the last link, of which others are up to half a size
+    away.
+    """
+    link, at_m = stated.robot.links[-1].name, [round(float(x), 4) for x in place]
+    heaviest = sum(one.mass for one in stated.robot.links[1:])
+    mass = {"initial": _CARRIED * heaviest, "bounds": [0.0, heaviest]}
+    body = {"kind": "added-mass", "link": link, "at_m": at_m, "mass": mass}
+
+    def settle(score: Score) -> tuple[Change, ...]:
+        one = {"link": link, "mass_kg": float(f"{_value(score, 'mass'):.3g}"), "centre_m": at_m}
+        return (Edit(("robot", "payload"), [*(stated.data["robot"].get("payload") or []), one]),)
+
+    def around(halved: int) -> list[Hypothesis]:
+        if halved > _FINEST:
+            return []
+        step = size / 2 ** (halved + 2)
+        return [_carried(stated, place + sign * step * axis, size) for axis in np.eye(3) for sign in (1, -1)]
+
+    sentence = f"{link} carries a payload that the study does not have"
+    edits = (Edit(("effects",), [*_effects(stated), body]),)
+    return Hypothesis("payload", sentence, edits, "payload", settle, around=around)
 
 
 def payload_frame(stated: Stated, plain: Score) -> Iterator[Hypothesis]:

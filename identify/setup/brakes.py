@@ -1,0 +1,90 @@
+"""Files that do not agree on one drive, as with a brake on in one of them: each file is explained by the same
+arm, but for the stiffness and damping of a single joint.
+
+No key of a study says so, because what a brake holds is not the drive that the others have: the file is kept
+apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from identify.setup.decide import LEFT
+from identify.setup.edits import Edit
+from identify.setup.score import SLIGHT, Score, frf_targets, scored
+from identify.setup.soft import softened
+from identify.setup.stated import Stated
+
+_LEAST = float(np.log(1.5))
+"""Logarithm of a ratio of stiffnesses: drives differ less from posture to posture."""
+
+
+@dataclass(frozen=True)
+class Brake:
+    """number: of the measurement; joint: from 1; ratio: how many times as stiff its drive is there as in the
+    others; share: of the squares of that file that are left; count: of its FRFs; others: the fit of them.
+    """
+
+    number: int
+    joint: int
+    ratio: float
+    share: float
+    count: int
+    others: Score
+
+    def sentence(self, stated: Stated) -> str:
+        """What was found."""
+        file = stated.study.measurements[self.number].source.name
+        return (
+            f"the drive of joint {self.joint} is {self.ratio:.2g} times as stiff in {file} as in the other"
+            " files, which all else agrees with: was its brake on there, or off there alone?"
+        )
+
+    @property
+    def edit(self) -> Edit:
+        """What keeps the file out of the fit."""
+        return Edit(("measurements", self.number, "use"), "validate")
+
+
+def brake(stated: Stated, first: Score) -> Brake | None:
+    """The drive that leaves least in a file where it alone is another; None where the study has one file, or
+    no drive leaves little.  Of two files it is the one where the drive is stiffer.
+    """
+    every = [one for number in stated.sets for one in _in(stated, first, number)]
+    found = [one for one in every if one.share <= LEFT and abs(np.log(one.ratio)) > _LEAST]
+    if not found:
+        return None
+    joint = min(found, key=lambda one: one.share).joint
+    return max((one for one in found if one.joint == joint), key=lambda one: one.ratio)
+
+
+def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
+    """Every drive, in one file."""
+    rest = replace(stated, sets={n: data for n, data in stated.sets.items() if n != number})
+    if not any(one.use == "fit" for one in rest.measured):
+        return
+    others = scored(rest.problem(), first.values)
+    alone = replace(stated, sets={number: stated.sets[number]}).problem()
+    two = replace(stated, sets=dict(list({number: stated.sets[number], **rest.sets}.items())[:2]))
+    both = scored(two.problem(), first.values)
+    before = min(_squares(one, 0) for one in (both, softened(both)))
+    told = list(zip(alone.parameters, others.values, strict=True))
+    stiff = [n for n, (p, _) in enumerate(told) if p.name.endswith(".rz.stiffness")]
+    for place in stiff:
+        name = told[place][0].name.removesuffix(".stiffness")
+        parameters = tuple(p.at(float(value), free=p.name.startswith(f"{name}.")) for p, value in told)
+        score = scored(replace(alone, parameters=parameters))
+        if abs(score.level - others.level) < SLIGHT:
+            ratio = float(score.values[place] / others.values[place])
+            joint = int(name.partition(".")[0].removeprefix("joint"))
+            left = _squares(score, 0)
+            yield Brake(number, joint, ratio, left / before, len(score.squares(levelled=True)[0]), others)
+
+
+def _squares(score: Score, place: int) -> float:
+    """What is left of a set, at the number of lines that it has, up to the common factor."""
+    lines = len(frf_targets(score.problem)[place].data.frequency_hz)
+    return float(score.squares(levelled=True)[place].sum()) / lines

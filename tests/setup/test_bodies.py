@@ -1,0 +1,126 @@
+"""What is carried, how the arm hangs, a window and a brake: mistakes of what the model itself predicts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.measured.channel import Channel
+from identify.setup.brakes import brake
+from identify.setup.edits import Edit, in_words
+from identify.setup.registry import KINDS
+from identify.setup.score import Score, scored
+from identify.setup.search import Candidate, refined
+from identify.setup.stated import Stated
+from identify.vibration.costs.target import FrfTarget
+from tests.setup import studies
+
+CENTRE = [0.12, -0.1, 0.05]
+
+
+def _robot(**keys: Any) -> dict[str, Any]:
+    return {**studies.config()["robot"], **keys}
+
+
+def _payload(centre: list[float]) -> dict[str, Any]:
+    return _robot(payload=[{"link": "link6", "mass_kg": 40.0, "centre_m": centre}])
+
+
+def _told(folder: Path, true: dict[str, Any], told: dict[str, Any]) -> tuple[Stated, Score]:
+    measurements = studies.simulated(folder, **true)
+    one = studies.of(folder, studies.config(measurements=measurements, **told))
+    return one, scored(one.problem())
+
+
+def _costs(kind: str, told: Stated, plain: Score) -> dict[str, float]:
+    """What is left beside each hypothesis at a first look, by what it changes."""
+    small = told.glanced()
+    return {
+        in_words(one.edits): scored(small.changed(one.edits).problem(), plain.values).cost
+        for one in KINDS[kind](told, plain)
+    }
+
+
+def test_a_payload_that_is_not_told_is_found_wherever_it_is(tmp_path: Path) -> None:
+    told, plain = _told(tmp_path, {"robot": _payload(CENTRE)}, {})
+    [best, *_] = refined(Candidate(told, plain), list(KINDS["payload"](told, plain)))
+    [edit] = best.hypotheses[-1].settled(best.score)
+    assert isinstance(edit, Edit)
+    assert edit.key == ("robot", "payload")
+    assert edit.value[0]["mass_kg"] == pytest.approx(40.0, rel=0.15)
+    assert edit.value[0]["centre_m"] == pytest.approx(CENTRE, abs=0.04)
+    assert best.score.cost < 0.25 * plain.cost
+
+
+def test_a_payload_in_other_axes_is_turned_back(tmp_path: Path) -> None:
+    x, y, z = CENTRE
+    told, plain = _told(tmp_path, {"robot": _payload(CENTRE)}, {"robot": _payload([y, -x, z])})
+    costs = _costs("payload-frame", told, plain)
+    assert len(costs) == 47, "all signed orders but the one that is told"
+    best = min(costs, key=lambda one: costs[one])
+    assert best == f"`robot.payload.0.centre_m: [{x}, {y}, {z}]`"
+    assert costs[best] < 0.25 * plain.cost
+
+
+def test_walls_and_ceiling_are_asked_where_gravity_is_not_stated(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    plain = scored(told.problem())
+    found = list(KINDS["gravity"](told, plain))
+    pulls = [told.changed(one.edits).robot.gravity for one in found]
+    assert len({tuple(pull) for pull in pulls}) == 5
+    assert all(np.linalg.norm(pull) == pytest.approx(9.81) for pull in pulls)
+    assert "ceiling" in found[0].sentence
+    assert pulls[0][2] > 0 > told.robot.gravity[2]
+    stated = told.changed(found[0].edits)
+    assert not list(KINDS["gravity"](stated, plain))
+
+
+def test_a_window_that_is_not_told(tmp_path: Path) -> None:
+    measurements = studies.simulated(tmp_path, measurements=studies.each(window_decay_per_s=8.0))
+    without = [{k: v for k, v in one.items() if k != "window_decay_per_s"} for one in measurements]
+    told = studies.of(tmp_path, studies.config(measurements=without))
+    plain = scored(told.problem())
+    [window] = KINDS["window"](told, plain)
+    score = scored(told.changed(window.edits).problem())
+    assert score.cost < 0.5 * plain.cost
+    settled = [one for one in window.settled(score) if isinstance(one, Edit)]
+    assert [one.key for one in settled] == [("measurements", n, "window_decay_per_s") for n in range(2)]
+    assert settled[0].value == pytest.approx(8.0, rel=0.05)
+    assert not list(KINDS["window"](studies.of(tmp_path, studies.config()), plain)), "it is told"
+
+
+@pytest.mark.parametrize(("factor", "number"), [(6.0, 1), (1 / 6.0, 0)])
+def test_a_brake_is_on_in_one_file(factor: float, number: int, tmp_path: Path) -> None:
+    measurements = studies.simulated(tmp_path, {"joint3.rz.stiffness": factor})
+    told = studies.of(tmp_path, studies.config(measurements=measurements))
+    found = brake(told, scored(told.problem()))
+    assert found is not None
+    assert (found.joint, found.number) == (3, number), "of two files where it is stiffer"
+    assert found.ratio == pytest.approx(6.0, rel=0.1)
+    assert found.share < 0.1
+    assert f"simulated{number}.uff" in found.sentence(told)
+    kept = told.changed([found.edit]).study.measurements
+    assert [one.use for one in kept] == ["validate" if n == number else "fit" for n in range(2)]
+
+
+def test_no_brake_where_files_agree_or_there_is_one(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    first = scored(told.problem())
+    assert brake(told, first) is None
+    alone = studies.of(tmp_path, studies.config(measurements=studies.each()[:1]))
+    assert brake(alone, scored(alone.problem())) is None
+
+
+def test_what_only_rounding_moves_does_not_move(tmp_path: Path) -> None:
+    """A hypothesis is not lost because a row of zeros is one of rounding in the other study."""
+    told = studies.of(tmp_path, studies.config())
+    plain, whole = (Candidate(told, scored(told.problem())) for _ in range(2))
+    target = plain.score.problem.measurements[0].target
+    assert isinstance(target, FrfTarget)
+    assert target.out is not None
+    place = target.data.outputs.index(Channel.parse("14:+Z", ""))
+    target.out[place] *= 1e-17
+    assert plain.moving == whole.moving - len(target.data.inputs)
