@@ -69,10 +69,12 @@ def _step(
     held = np.flatnonzero(fit.present(x))
     scale = max(product[-1, -1] / fit.count, 1.0)
     information = product[np.ix_(held, held)] + scale * np.diag(fit.unknowns.precision[held])
-    information += 1e-9 * np.diag(np.diag(information))
-    solved = np.linalg.solve(information, np.column_stack([crossed[held], product[held, -1]]))
-    left, slope = own - crossed[held].T @ solved[:, :3], pull - crossed[held].T @ solved[:, 3]
-    step = np.linalg.solve(left + 1e-6 * np.trace(left) * np.eye(3), -slope)
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(size, size) + 1e-9 * np.eye(len(size))
+    both = np.column_stack([crossed[held], product[held, -1]]) / size[:, None]
+    taken = both.T @ np.linalg.solve(scaled, both)
+    left, slope = own - taken[:3, :3], pull - taken[:3, 3]
+    step = np.linalg.solve(left + (1e-6 * np.trace(left) + 1e-300) * np.eye(3), -slope)
     step *= min(1.0, _FARTHEST_M / max(float(np.linalg.norm(step)), 1e-300))
     fall = float(-2 * step @ slope - step @ left @ step)
     return gain_of(fall, product[-1, -1], fit.count), step
