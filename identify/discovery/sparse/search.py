@@ -45,8 +45,8 @@ from identify.vibration.problem import Problem, with_uncertainty
 
 _MOST_ENTERED, _TRIED, _PAYS = 8, 2, 3
 """How often more may enter, how many are tried at a time, and parameters that each must pay for at least."""
-_SHARES = ((1.0,), (0.25, 0.5, 1.0))
-"""Of the band: all of it at once, and from low to high."""
+_WIDENED = (0.25, 0.5, 1.0)
+"""Shares of the band, from low to high."""
 _FEW = 2
 """Units that explain the data from rigid bearings, so that no other start can do with much less."""
 
@@ -104,7 +104,9 @@ def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) ->
     stated = bool(problem.nuisances.entries)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     structure = tuple(all_springs(problem, shrink=True))
-    starts = [dense_fit(bending, structure, usual=True, shares=shares) for shares in _SHARES]
+    starts = [dense_fit(bending, structure, usual=True)]
+    if _open(starts) and not story.late:
+        starts.append(dense_fit(bending, structure, usual=True, shares=_WIDENED))
     found = _further(min(starts, key=_objective), story)
     yield found
     if found.gap >= CLOSED:
