@@ -104,10 +104,12 @@ def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) ->
     stated = bool(problem.nuisances.entries)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     structure = tuple(all_springs(problem, shrink=True))
-    starts = [dense_fit(bending, structure, usual=True)]
-    if _open(starts) and not story.late:
-        starts.append(dense_fit(bending, structure, usual=True, shares=_WIDENED))
-    found = _further(min(starts, key=_objective), story)
+    first = dense_fit(bending, structure, usual=True)
+    found = _further(first, story)
+    if found.gap >= CLOSED and not story.late:
+        other = dense_fit(bending, structure, usual=True, shares=_WIDENED)
+        if other.objective < first.objective:
+            found = min(found, _further(other, story), key=_objective)
     yield found
     if found.gap >= CLOSED:
         instruments = tuple(one for one in every if one not in structure)
