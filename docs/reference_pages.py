@@ -4,17 +4,19 @@ each effect with its formula from formulas.md.
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, get_args, get_origin, get_type_hints
 
 import typer.main
 
 from identify.cli import app
-from identify.core.analyses import BY_NAME, WITH_CONFIG
+from identify.core.analyses import ANALYSES, BY_NAME, WITH_CONFIG, load
 from identify.core.schema import config_schema
 from identify.model.effects.base import EFFECTS
+from identify.results.labels import declared, unit_of_name
 
 _FENCE = "```"
 
@@ -23,6 +25,7 @@ def write_reference(docs: Path) -> None:
     """Write docs/reference; files that are the same already are left alone, and not built anew."""
     folder = docs / "reference"
     _write(folder / "options.md", options())
+    _write(folder / "results.md", results())
     for name in WITH_CONFIG:
         _write(folder / f"config_{name}.md", config(name))
     formulas = formulas_in((docs / "formulas.md").read_text(encoding="utf-8"))
@@ -78,6 +81,33 @@ def effect(kind: str, schema: dict[str, Any], formula: str) -> str:
     inner = [f"## {name}\n\n{_keys(one)}" for name, one in schema.get("$defs", {}).items()]
     said = _plain(schema["description"])
     return "\n\n".join([f"# {kind}", said, "## Formula", formula, "## Keys", _keys(schema), *inner]) + "\n"
+
+
+def results() -> str:
+    """Every dataset of every kind of result file."""
+    parts = ["# Datasets of result files\n\n[How to read them](../results.md).\n"]
+    for analysis in ANALYSES:
+        rows = [(f"`{path}`", ", ".join(dims), unit) for path, dims, unit in datasets(load(analysis.result))]
+        head = f"## {analysis.kind}\n\nOf {analysis.takes}.\n" if analysis.takes else f"## {analysis.kind}\n"
+        parts += [head, _table(("dataset", "over", "units"), rows)]
+    return "\n".join(parts)
+
+
+def datasets(kind: Any, place: str = "") -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Path, dimensions and unit of all datasets of a class of results; `*` stands for names that users
+    give.
+    """
+    said = declared(kind)
+    for name, hint in get_type_hints(kind).items():
+        (held,) = [one for one in get_args(hint) or (hint,) if one is not type(None)][:1]
+        at = f"{place}/{name}"
+        if get_origin(hint) is dict:
+            yield from datasets(get_args(hint)[1], f"{at}/*")
+        elif dataclasses.is_dataclass(held):
+            yield from datasets(held, at)
+        elif get_origin(hint) is not ClassVar and name != "layout":
+            dims, unit = said.get(name, ((), "" if held is str else unit_of_name(name)))
+            yield at, dims, unit.replace("$", "see ").replace("~", " ")
 
 
 def _keys(schema: dict[str, Any]) -> str:
