@@ -16,6 +16,8 @@ from identify.cli import app
 from identify.core.analyses import ANALYSES, BY_NAME, WITH_CONFIG, load
 from identify.core.schema import config_schema
 from identify.model.effects.base import EFFECTS
+from identify.results.comparison import Comparison
+from identify.results.header import Header
 from identify.results.labels import declared, unit_of_name
 
 _FENCE = "```"
@@ -85,29 +87,44 @@ def effect(kind: str, schema: dict[str, Any], formula: str) -> str:
 
 def results() -> str:
     """Every dataset of every kind of result file."""
-    parts = ["# Datasets of result files\n\n[How to read them](../results.md).\n"]
+    common = list(datasets(Header))
+    parts = [
+        "# Datasets of result files\n\n[How to read them](../results.md).\n",
+        "## In all\n",
+        _rows(common),
+    ]
     for analysis in ANALYSES:
-        rows = [(f"`{path}`", ", ".join(dims), unit) for path, dims, unit in datasets(load(analysis.result))]
-        head = f"## {analysis.kind}\n\nOf {analysis.takes}.\n" if analysis.takes else f"## {analysis.kind}\n"
-        parts += [head, _table(("dataset", "over", "units"), rows)]
+        if analysis.kind != Comparison.KIND:  # which is never in a file
+            rows = [row for row in datasets(load(analysis.result)) if row not in common]
+            parts += [f"## {analysis.kind}\n\nA file that holds {analysis.holds}.\n", _rows(rows)]
     return "\n".join(parts)
 
 
+def _rows(found: list[tuple[str, tuple[str, ...], str]]) -> str:
+    rows = [(f"`{path}`", ", ".join(dims), unit) for path, dims, unit in found]
+    return _table(("dataset", "over", "units"), rows)
+
+
 def datasets(kind: Any, place: str = "") -> Iterator[tuple[str, tuple[str, ...], str]]:
-    """Path, dimensions and unit of all datasets of a class of results; `*` stands for names that users
-    give.
+    """Path, dimensions and unit of all datasets of a class of results; `*` stands for names that users give,
+    and a whole result in another one for its datasets.
     """
     said = declared(kind)
     for name, hint in get_type_hints(kind).items():
-        (held,) = [one for one in get_args(hint) or (hint,) if one is not type(None)][:1]
-        at = f"{place}/{name}"
-        if get_origin(hint) is dict:
-            yield from datasets(get_args(hint)[1], f"{at}/*")
+        if get_origin(hint) is ClassVar or name == "layout":
+            continue
+        held, at = (get_args(hint) or (hint,))[0], f"{place}/{name}"
+        if get_origin(hint) is dict or dict in map(get_origin, get_args(hint)):
+            inside = hint if get_origin(hint) is dict else get_args(hint)[0]
+            yield from datasets(get_args(inside)[1], f"{at}/*")
+        elif dataclasses.is_dataclass(held) and issubclass(held, Header):  # type: ignore[arg-type]
+            yield f"{at}/...", (), f"as of kind {held.KIND}"
         elif dataclasses.is_dataclass(held):
             yield from datasets(held, at)
-        elif get_origin(hint) is not ClassVar and name != "layout":
-            dims, unit = said.get(name, ((), "" if held is str else unit_of_name(name)))
-            yield at, dims, unit.replace("$", "see ").replace("~", " ")
+        else:
+            dims, unit = said.get(name, ((), unit_of_name(name)))
+            text = held is str or held == tuple[str, ...]
+            yield at, dims, "" if text else unit.replace("$", "see ").replace("~", " ")
 
 
 def _keys(schema: dict[str, Any]) -> str:

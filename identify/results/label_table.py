@@ -56,7 +56,10 @@ ARRAYS: dict[str, dict[str, str]] = {
     },
     "MeasurementResult": {"joint": "posture_deg"},
     "PublishedValues": {"parameter": "value=see~parameters/unit", "mode": "frequency_hz damping_ratio"},
-    "ProfileCurve": {"values": "values=see~parameters/unit rise"},
+    "ProfileCurve": {
+        "values": "values=see~parameters/unit rise",
+        "": "low=see~parameters/unit high=see~parameters/unit",
+    },
     "StatedUncertainty": {
         "error": "kind place change unit stated=$unit shift spread",
         "statement": "sentences",
@@ -128,6 +131,7 @@ ARRAYS: dict[str, dict[str, str]] = {
     },
     "LimitRows": {
         "feed_deg": "feed_deg",
+        "": "most=see~kind",
         "posture feed_deg": "value=see~kind low_95=see~kind high_95=see~kind chatter_hz rpm",
     },
     "MapResult": {"joints": "joints", "line_hz": "line_hz"},
@@ -171,8 +175,8 @@ ARRAYS: dict[str, dict[str, str]] = {
     "ModesByPosture": {"fit mode": "frequency_hz damping_ratio measured_frequency_hz measured_damping_ratio"},
     "DependenceTable": {
         "parameter": "parameter count mean=see~../parameters/unit mean_low_95=see~../parameters/unit"
-        " mean_high_95=see~../parameters/unit chi_square freedom p_value scatter trend_joint slope_per_rad"
-        " slope_std=1/rad slope_p_value depends"
+        " mean_high_95=see~../parameters/unit chi_square freedom p_value scatter=see~../parameters/log"
+        " trend_joint slope_per_rad slope_std=1/rad slope_p_value depends"
     },
     "PopulationTable": {
         "parameter": "parameter log shared count mean=see~../parameters/unit"

@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.results.label_table import ARRAYS
 
-_FIXED = dict.fromkeys(("axis", "response", "force"), ("x", "y", "z"))
+FIXED = dict.fromkeys(("axis", "response", "force"), ("x", "y", "z"))
 """Labels of dimensions that no field holds, by name: the base's axes, or those of what a class says."""
 _BY_NAME = {
     "_m_per_n": "m/N",
@@ -70,7 +70,7 @@ class Level(NamedTuple):
         """
         columns = {one.name: one.value for one in self.fields if one.dims == (one.name,)}
         sizes = {d: n for one in self.fields for d, n in zip(one.dims, one.shape, strict=True)}
-        fixed = {d: labels for d, labels in _FIXED.items() if sizes.get(d) == len(labels)}
+        fixed = {d: labels for d, labels in FIXED.items() if sizes.get(d) == len(labels)}
         return {
             d: (n, {**fixed, **columns}.get(d)) for d, n in sizes.items() if d in columns or d not in known
         }
