@@ -4,17 +4,21 @@ each effect with its formula from formulas.md.
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, get_args, get_origin, get_type_hints
 
 import typer.main
 
 from identify.cli import app
-from identify.core.analyses import BY_NAME, WITH_CONFIG
+from identify.core.analyses import ANALYSES, BY_NAME, WITH_CONFIG, load
 from identify.core.schema import config_schema
 from identify.model.effects.base import EFFECTS
+from identify.results.comparison import Comparison
+from identify.results.header import Header
+from identify.results.labels import declared, unit_of_name
 
 _FENCE = "```"
 
@@ -23,6 +27,7 @@ def write_reference(docs: Path) -> None:
     """Write docs/reference; files that are the same already are left alone, and not built anew."""
     folder = docs / "reference"
     _write(folder / "options.md", options())
+    _write(folder / "results.md", results())
     for name in WITH_CONFIG:
         _write(folder / f"config_{name}.md", config(name))
     formulas = formulas_in((docs / "formulas.md").read_text(encoding="utf-8"))
@@ -78,6 +83,48 @@ def effect(kind: str, schema: dict[str, Any], formula: str) -> str:
     inner = [f"## {name}\n\n{_keys(one)}" for name, one in schema.get("$defs", {}).items()]
     said = _plain(schema["description"])
     return "\n\n".join([f"# {kind}", said, "## Formula", formula, "## Keys", _keys(schema), *inner]) + "\n"
+
+
+def results() -> str:
+    """Every dataset of every kind of result file."""
+    common = list(datasets(Header))
+    parts = [
+        "# Datasets of result files\n\n[How to read them](../results.md).\n",
+        "## In all\n",
+        _rows(common),
+    ]
+    for analysis in ANALYSES:
+        if analysis.kind != Comparison.KIND:  # which is never in a file
+            rows = [row for row in datasets(load(analysis.result)) if row not in common]
+            parts += [f"## {analysis.kind}\n\nA file that holds {analysis.holds}.\n", _rows(rows)]
+    return "\n".join(parts)
+
+
+def _rows(found: list[tuple[str, tuple[str, ...], str]]) -> str:
+    rows = [(f"`{path}`", ", ".join(dims), unit) for path, dims, unit in found]
+    return _table(("dataset", "over", "units"), rows)
+
+
+def datasets(kind: Any, place: str = "") -> Iterator[tuple[str, tuple[str, ...], str]]:
+    """Path, dimensions and unit of all datasets of a class of results; `*` stands for names that users give,
+    and a whole result in another one for its datasets.
+    """
+    said = declared(kind)
+    for name, hint in get_type_hints(kind).items():
+        if get_origin(hint) is ClassVar or name == "layout":
+            continue
+        held, at = (get_args(hint) or (hint,))[0], f"{place}/{name}"
+        if get_origin(hint) is dict or dict in map(get_origin, get_args(hint)):
+            inside = hint if get_origin(hint) is dict else get_args(hint)[0]
+            yield from datasets(get_args(inside)[1], f"{at}/*")
+        elif dataclasses.is_dataclass(held) and issubclass(held, Header):  # type: ignore[arg-type]
+            yield f"{at}/...", (), f"as of kind {held.KIND}"
+        elif dataclasses.is_dataclass(held):
+            yield from datasets(held, at)
+        else:
+            dims, unit = said.get(name, ((), unit_of_name(name)))
+            text = held is str or held == tuple[str, ...]
+            yield at, dims, "" if text else unit.replace("$", "see ").replace("~", " ")
 
 
 def _keys(schema: dict[str, Any]) -> str:

@@ -27,6 +27,8 @@ from identify.core import part_file
 
 _PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
 _OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor|jobs/file)$")
+_OF_SCALES = ("DIMENSION_LIST", "REFERENCE_LIST")
+"""References within the file."""
 _OF_RUN = re.compile(r"\d[\d.e+-]* s\b|; \d+ (was|were) kept from before")
 """What a result tells of its run rather than of what was found."""
 
@@ -161,7 +163,7 @@ def _content(path: Path) -> Iterator[tuple[str, np.ndarray]]:
         file.visit(names.append)
         for name in names:
             for key, value in file[name].attrs.items():
-                if not _OF_TIME.search(f"/{key}"):
+                if key not in _OF_SCALES and not _OF_TIME.search(f"/{key}"):
                     yield f"{name}@{key}", np.asarray(value)
             if isinstance(file[name], h5py.Dataset) and not _OF_TIME.search(f"/{name}"):
                 value = np.asarray(file[name][()])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,6 +20,7 @@ from identify.reports.kit.cells import Column, Table, number
 from identify.reports.next_step import next_steps
 from identify.reports.outcome import Columns, Result
 from identify.results import file as result_file
+from identify.results.discovery import fit_of
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.kinds import CASES
 from tests.reports.sample import frf_result
@@ -49,6 +52,17 @@ def test_a_fit_gives_tables_and_figures(fitted: Result) -> None:
     assert fitted.plot("Parameters").axes
     with pytest.raises(InputError, match="Parameters"):
         fitted.plot("nonsense")
+
+
+def test_the_python_of_the_readme_works_with_what_its_install_brings(
+    fitted: Result, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As it stands there; the study is read from a folder of its own, and the fit is not made again."""
+    for extra in ("pandas", "xarray", "h5netcdf"):
+        monkeypatch.setitem(sys.modules, extra, None)
+    monkeypatch.setattr("identify.fit", lambda config: identify.read_result(fitted.path), raising=False)
+    (code,) = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    exec(code, {})
 
 
 def test_a_notebook_shows_verdict_and_tables(fitted: Result) -> None:
@@ -118,12 +132,38 @@ def test_a_discovery_is_followed_by_its_study_and_compared_with_the_fit(tmp_path
     data = discovery_result()
     files = (tmp_path / "x_discovery.h5", tmp_path / "x_discovery.yaml")
     steps = next_steps(Result(data, files), tmp_path / "x.yaml")
-    assert [step.split("   ")[0] for step in steps] == [f"identify fit {files[1]}"]
+    mapped = f"identify map {files[0]} --grid 2:-60:60:9"
+    assert [step.split("   ")[0] for step in steps] == [f"identify fit {files[1]}", mapped]
     fitted = tmp_path / f"{data.name}.h5"
     result_file.write(frf_result(60, 4), fitted)
     result_file.write(data, files[0])
     steps = next_steps(Result(data, files), tmp_path / "x.yaml")
     assert steps[1].startswith(f"identify compare {fitted} {files[0]}")
+    assert steps[2].startswith(mapped)
+
+
+def test_readme_and_tutorial_map_and_export_what_was_discovered() -> None:
+    for page in (ROOT / "README.md", ROOT / "docs" / "tutorial.md"):
+        after = page.read_text().partition("identify discover config.yaml")[2]
+        used = re.findall(r"^identify (?:map|export) (\S+)", after, flags=re.MULTILINE)
+        assert used == ["reports/arm_discovery.h5"] * 2
+
+
+def test_a_fit_beside_a_discovery_of_its_study_says_that_there_is_a_better_model(tmp_path: Path) -> None:
+    data, path = discovery_result(), tmp_path / "x.h5"
+    result_file.write(data.before, path)
+    assert fit_of(path).notes == data.before.notes
+    beside = tmp_path / "x_discovery.h5"
+    result_file.write(data, beside)
+    (note,) = set(fit_of(path).notes) - set(data.before.notes)
+    assert data.added.sentence[0] in note
+    assert str(beside) in note
+    assert fit_of(beside).parameters.name == data.after.parameters.name
+    other = dataclasses.replace(data.provenance, config_sha256="0" * 64)
+    result_file.write(dataclasses.replace(data, provenance=other), beside)
+    assert fit_of(path).notes == data.before.notes, "of another study"
+    beside.write_bytes(b"no result")
+    assert fit_of(path).notes == data.before.notes
 
 
 @pytest.mark.parametrize("name", ["fit", "modes"])

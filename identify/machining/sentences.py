@@ -22,14 +22,14 @@ def verdict(limits: DepthLimits, checks: LimitChecks, coupling: Array, most: flo
     over = f"From {limits.rpm[0]:,.0f} to {limits.rpm[-1]:,.0f} rpm the cut is stable"
     if np.isinf(limits.depth_m).all():
         first = f"{over} up to {1e3 * most:.3g} mm, the largest depth."
-        return first, _coupled(coupling), _agreement(checks)
+        return first, _coupled(coupling, most), _agreement(checks)
     worst, best = int(np.argmin(limits.depth_m)), int(np.argmax(limits.low_95))
     first = (
         f"{over} at every speed up to {_mm(limits, worst, most)}; the least limit is at"
         f" {limits.rpm[worst]:,.0f} rpm, where the tool chatters at {limits.chatter_hz[worst]:.4g} Hz."
     )
     second = f"The deepest stable cut is at {limits.rpm[best]:,.0f} rpm: {_mm(limits, best, most)}."
-    return first, second, _coupled(coupling), _agreement(checks)
+    return first, second, _coupled(coupling, limits.depth_m[best]), _agreement(checks)
 
 
 def _mm(limits: DepthLimits, row: int, most: float) -> str:
@@ -39,14 +39,25 @@ def _mm(limits: DepthLimits, row: int, most: float) -> str:
     return f"{depth:.3g} mm (95 % interval {low:.3g} to {high:.3g} mm)"
 
 
-def _coupled(coupling: Array) -> str:
+def _coupled(coupling: Array, deepest: float) -> str:
+    """Mode coupling, beside the deepest stable cut, m."""
     depth, low, high, hz = coupling
     if np.isinf(depth):
         return "Mode coupling, without regeneration, limits no depth."
     how = "pulls the tool in without oscillating" if hz == 0 else f"begins at {hz:.4g} Hz"
     return (
         f"Mode coupling, without regeneration, {how} from {1e3 * depth:.3g} mm"
-        f" (95 % interval {1e3 * low:.3g} to {1e3 * high:.3g} mm)."
+        f" (95 % interval {1e3 * low:.3g} to {1e3 * high:.3g} mm){_beside(depth, deepest)}."
+    )
+
+
+def _beside(depth: float, deepest: float) -> str:
+    """Why cuts may be stable beyond the limit of mode coupling; empty where none are."""
+    if deepest <= depth:
+        return ""
+    return (
+        "; deeper cuts are stable where, at their speed, the wave that the last tooth left holds the tool"
+        " back, which it does not where a tooth meets none"
     )
 
 

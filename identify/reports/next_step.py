@@ -63,7 +63,7 @@ def _after_fit(found: Result, config: Path | None) -> list[str]:
         return [f"identify discover {config}   ({why}: finds what the model lacks)"]
     if data.converged and data.gap <= MISSING:
         return [
-            f"identify map {found.path} --grid 2:-60:60:9   (the model over the workspace)",
+            _mapped(found.path, "the model"),
             f"identify stability {found.path} --tool tool.yaml   (how deep it may cut: docs/machining.md)",
         ]
     return []
@@ -77,4 +77,8 @@ def _after_discovery(found: Result, config: Path | None) -> list[str]:
     fitted = found.path.with_name(f"{found.name}.h5")
     if fitted.exists():
         steps.append(f"identify compare {fitted} {found.path}   (before and after)")
-    return steps
+    return [*steps, _mapped(found.path, "the better model")]
+
+
+def _mapped(path: Path, what: str) -> str:
+    return f"identify map {path} --grid 2:-60:60:9   ({what} over the workspace)"

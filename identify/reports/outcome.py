@@ -12,6 +12,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
 from identify.reports.kinds import read_any, report_of
 from identify.reports.kit.cells import NONE, Number, Table
@@ -26,9 +27,11 @@ from identify.reports.kit.report import (
     Text,
     visible,
 )
+from identify.results.to_xarray import tree_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from xarray import DataTree
 
 
 class Columns(dict[str, list[Any]]):
@@ -94,8 +97,17 @@ class Result:
 
     @property
     def parameters(self) -> Columns:
-        """The table of parameters with their 95 % intervals; KeyError for a result that has none."""
-        return self.tables["Parameters"]
+        """The table of parameters with their 95 % intervals; InputError for a result that has none."""
+        title = "Parameters"
+        if title not in self.tables:
+            found = f"{OF_KIND[self.data.KIND].holds} has no table of parameters"
+            fix = f"its tables are in `tables`: {', '.join(self.tables)}"
+            raise InputError(str(self.path), found, "a result with fitted parameters", fix)
+        return self.tables[title]
+
+    def to_xarray(self) -> DataTree:
+        """Everything as labelled arrays with units; InputError where xarray is not installed."""
+        return tree_of(self.data)
 
     @cached_property
     def figures(self) -> tuple[str, ...]:

@@ -1,4 +1,6 @@
-"""A checksum over all that an HDF5 file holds: names, types, shapes and values of data and attributes."""
+"""A checksum over all that an HDF5 file holds: names, types, shapes and values of datasets, and attributes of
+groups; not the units and scales of datasets, which no reader of ours relies on.
+"""
 
 from __future__ import annotations
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core import binary_input
 from identify.core.arrays import Array, Texts
+from identify.core.errors import InputError
 from identify.results import file
 from identify.results.curves import CurveTable, PlaceTable
 from identify.results.fit import FitResult
@@ -142,7 +144,28 @@ class DiscoveryResult(KeyedHeader):
 
 
 def fit_of(path: Path) -> FitResult:
-    """The fit in a file, or the final model of a discovery; InputError for a file that is neither."""
+    """The fit in a file, or the final model of a discovery; InputError for a file that is neither.
+
+    A fit beside a discovery of the same study has one more note: that a better model is there.
+    """
     if file.kind_of(path) == DiscoveryResult.KIND:
         return file.read(path, DiscoveryResult).after
-    return file.read(path, FitResult)
+    fit = file.read(path, FitResult)
+    beside = path.with_name(f"{path.stem}_discovery.h5")
+    found = _found(beside, fit)
+    if not found:
+        return fit
+    lacks = f"`identify discover` found what this model lacks ({'; '.join(found)})"
+    return replace(fit, notes=(*fit.notes, f"{lacks}: {beside} has the model with it"))
+
+
+def _found(path: Path, fit: FitResult) -> Texts:
+    """What a discovery of the study of a fit added, if that is what a file holds."""
+    study = "provenance/config_sha256"
+    try:
+        held = binary_input.read_hdf5(path, ["kind", study, "added/sentence"]).members
+    except InputError:
+        return ()
+    same = held.get("kind") == DiscoveryResult.KIND and held.get(study) == fit.provenance.config_sha256
+    added = held.get("added/sentence")
+    return added if same and isinstance(added, tuple) else ()

@@ -1,13 +1,15 @@
 """Result files: one HDF5 layout for all kinds of results, whole at every moment.
 
-Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The root's
-attribute `checksum` is over all of them (`identify.results.checksum`).
+Every value is a dataset with its unit as attribute `units`, nested classes are groups, `None` is left out;
+dimensions have scales, as netCDF wants them (`identify.results.labels` says which).  Attributes describe:
+the root's `layout`, and `checksum` over all values (`identify.results.checksum`).
+
+In layout 1, which is still read, numbers are attributes of their groups and nothing has units or scales.
 """
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
@@ -19,12 +21,14 @@ from identify.core import atomic, binary_input
 from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
 from identify.core.hdf5_tree import tree_of
-from identify.core.tree import Group, Unread
+from identify.core.tree import Group
 from identify.results.checksum import CHECKSUM, checksum
+from identify.results.labels import Labelled, Level, level
 from identify.results.names import ENCODED, group_name
 from identify.results.record import record_of
 
-LAYOUT = 1
+LAYOUT = 2
+_READ = (1, LAYOUT)
 UNFINISHED = "unfinished"
 SUFFIXES = (".h5", ".hdf5")
 _A_RESULT = "a result file written by `identify fit`"
@@ -34,6 +38,8 @@ _KINDS = {
     UNFINISHED: "an interrupted run of an older version",
 }
 """What a file of each kind holds, in words."""
+_NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
+"""What netCDF calls the scale of a dimension without labels."""
 T = TypeVar("T")
 
 
@@ -64,7 +70,8 @@ def write(result: Any, path: Path) -> None:
     process down with it.
     """
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
-        _write_group(file, result)
+        file.attrs["layout"] = LAYOUT
+        _write_group(file, level(result), {})
         file.attrs[CHECKSUM] = checksum(tree_of(file))
         file.flush()
         image = file.id.get_file_image()
@@ -76,9 +83,10 @@ def read(path: Path, kind: type[T]) -> T:
     """Read a result; raises InputError for a file that is none, is damaged, or is one of another layout."""
     tree = binary_input.read_hdf5(path, expected=_A_RESULT)
     layout = tree.attributes.get("layout")
-    if layout is None or isinstance(layout, (str, tuple, Unread)) or layout.size != 1 or layout != LAYOUT:
+    known = isinstance(layout, np.ndarray) and layout.size == 1 and layout.item() in _READ
+    if not known:
         found = "not a result of identify" if layout is None else f"layout {layout}"
-        expected = f"a result file of layout {LAYOUT}"
+        expected = f"a result file of layout {LAYOUT} or older"
         raise InputError(str(path), found, expected, "run the fit again with this version")
     stored, wanted = tree.members.get("kind"), kind.KIND  # type: ignore[attr-defined]
     if stored != wanted:
@@ -109,26 +117,49 @@ def kind_of(path: Path) -> str:
     return kind if isinstance(kind, str) else ""
 
 
-def _write_group(group: h5py.Group, item: Any) -> None:
-    entries = (
-        item.items()
-        if isinstance(item, dict)
-        else ((f.name, getattr(item, f.name)) for f in dataclasses.fields(item))
-    )
-    for key, value in entries:
-        name = group_name(key)
-        if value is None:
-            continue
-        if dataclasses.is_dataclass(value) or isinstance(value, dict):
+def _write_group(group: h5py.Group, own: Level, scales: Mapping[str, h5py.Dataset]) -> None:
+    """Write the fields of a group; scales: of the dimensions of the groups around it."""
+    made: dict[str, h5py.Dataset] = {}
+    for field in own.fields:
+        if not field.is_group and field.name != "layout":
+            made[field.name] = _dataset(group, field)
+    scales = {**scales, **_new_scales(group, own, made, scales)}
+    for field in own.fields:
+        if field.dims and field.dims != (field.name,):
+            for dim, name in zip(made[field.name].dims, field.dims, strict=True):
+                dim.attach_scale(scales[name])
+    for field in own.fields:
+        if field.is_group:
+            name = group_name(field.name)
             inner = group.create_group(name, track_order=True)
-            if name != key:
+            if name != field.name:
                 inner.attrs[ENCODED] = True
-            _write_group(inner, value)
-        elif isinstance(value, tuple):
-            group.create_dataset(
-                name, data=np.array(value, dtype=object), dtype=h5py.string_dtype(), shape=(len(value),)
-            )
-        elif isinstance(value, (np.ndarray, str)):
-            group.create_dataset(name, data=value)
+            _write_group(inner, level(field.value, own), scales)
+
+
+def _dataset(group: h5py.Group, field: Labelled) -> h5py.Dataset:
+    if isinstance(field.value, tuple):
+        texts = np.array(field.value, dtype=object)
+        made = group.create_dataset(field.name, data=texts, dtype=h5py.string_dtype(), shape=field.shape)
+    else:
+        made = group.create_dataset(field.name, data=field.value)
+    made.attrs["units"] = field.unit
+    return made
+
+
+def _new_scales(
+    group: h5py.Group, own: Level, made: Mapping[str, h5py.Dataset], known: Mapping[str, h5py.Dataset]
+) -> dict[str, h5py.Dataset]:
+    """Scales of dimensions that the groups around do not have: the field with their labels, or a dataset of
+    their own.
+    """
+    found = {}
+    for name, (size, labels) in own.labels(known).items():
+        if name in made:
+            scale = made[name]
         else:
-            group.attrs[name] = value
+            unlabelled = np.zeros(size, dtype=np.int8)
+            scale = _dataset(group, Labelled(name, unlabelled if labels is None else labels, (name,), ""))
+        scale.make_scale(name if labels is not None else f"{_NO_VARIABLE}{size:10d}")
+        found[name] = scale
+    return found

@@ -1,7 +1,5 @@
-"""The result of a run and its HDF5 layout, in one place: the classes below are the groups of the file.
-
-Arrays and texts are datasets, numbers attributes, `None` is left out, nested classes are groups.  The file is
-written aside, flushed to disk and renamed, so that it is whole at every moment.
+"""The result of a fit: the classes below are the groups of its HDF5 file (layout and writer:
+`identify.results.file`).
 """
 
 from __future__ import annotations

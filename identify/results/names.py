@@ -1,4 +1,4 @@
-"""Names that users give, as names of HDF5 groups: `day1/posture 1` is one group, not a path."""
+"""Names that users give, as names of groups in HDF5, without blanks: `day1/posture 1` is one, no path."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ ENCODED = "name_encoded"
 
 
 def group_name(key: str) -> str:
-    """The name of the group for a key: itself, or percent-encoded where HDF5 would read it as a path; no two
-    keys have the same.
+    """The name of the group for a key: itself, or percent-encoded where it has blanks or would be a path; no
+    two keys have the same.
     """
-    plain = key.isprintable() and not set(key) & set("/%") and key not in ("", ".", "..")
-    return key if plain else quote(key, safe=" ").replace(".", "%2E") or "%"
+    plain = key.isprintable() and not set(key) & set("/% ") and key not in ("", ".", "..")
+    return key if plain else quote(key, safe="").replace(".", "%2E") or "%"
 
 
 def key_of(name: str, encoded: bool) -> str:

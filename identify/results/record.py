@@ -49,7 +49,7 @@ def _value(group: Group, name: str, hint: Any, where: str) -> Any:
     if typing.get_origin(hint) in (Union, types.UnionType):
         there = name in group.members or name in group.attributes
         return _value(group, name, _present(hint), where) if there else None
-    found = group.attributes.get(name) if hint in (int, float, bool) else group.members.get(name)
+    found = group.members.get(name, group.attributes.get(name))
     if dataclasses.is_dataclass(hint) or typing.get_origin(hint) is dict:
         return _nested(_typed(found, Group, "a group", where), hint, where)
     if typing.get_origin(hint) is tuple:

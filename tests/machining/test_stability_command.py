@@ -15,6 +15,7 @@ from identify.machining.mounted import mounted
 from identify.machining.place import posture_of
 from identify.machining.run import run_stability
 from identify.machining.semi_discretization import TimeDomain
+from identify.machining.sentences import verdict
 from identify.machining.tool import read_tool
 from identify.results import file as result_file
 from identify.results.fit import FitResult
@@ -23,6 +24,7 @@ from identify.vibration.fitted_model import fitted_model
 from tests.batch import planar
 from tests.generator import milling
 from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian
+from tests.reports.stability_sample import stability_result
 
 
 @pytest.fixture(scope="module")
@@ -156,3 +158,13 @@ def test_other_wrong_input_is_refused(fit: Path, tmp_path: Path) -> None:
         run_stability(fit, tool, fit)
     with pytest.raises(InputError):
         run_stability(tool, tool, tmp_path / "x.h5")
+
+
+@pytest.mark.parametrize(("coupled_mm", "beyond"), [(2.0, True), (4.2, False), (np.inf, False)])
+def test_a_cut_deeper_than_the_limit_of_mode_coupling_is_explained(coupled_mm: float, beyond: bool) -> None:
+    """The deepest stable cut of the sample is 3.5 mm."""
+    sample = stability_result()
+    coupling = np.array([1e-3 * coupled_mm, 1.9e-3, 2.1e-3, 18.5])
+    said = " ".join(verdict(sample.limits, sample.checks, coupling, 10e-3))
+    assert "The deepest stable cut is at 7,000 rpm: 3.5 mm" in said
+    assert ("deeper cuts are stable where, at their speed, the wave" in said) == beyond

@@ -88,8 +88,8 @@ _EXPLAINED = (
     ("Motor torque: values", "Held-out record alone", "targets/torque/values/other", 1.0),
 )
 _JOINTS = (
-    ("joint1 stiffness", "Identified", "curves/joint1 stiffness/values/value", 1.0),
-    ("joint1 friction", "Identified", "curves/joint1 friction/values/value", 1.0),
+    ("joint1 stiffness", "Identified", "curves/joint1%20stiffness/values/value", 1.0),
+    ("joint1 friction", "Identified", "curves/joint1%20friction/values/value", 1.0),
 )
 _MAP = (
     ("Postures", "Joint 1", "rows/posture_deg:0", 1.0),

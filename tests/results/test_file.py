@@ -34,7 +34,7 @@ class Result:
     parts: dict[str, Part]
     texts: tuple[str, ...] = ("one", "two")
     cost: float = 0.834
-    layout: int = 1
+    layout: int = result_file.LAYOUT
     kind: str = "fit"
     none: Array | None = None
     shapes: Array = field(default_factory=lambda: np.array([[1 + 2j, 0], [3, 4]]))
@@ -61,7 +61,7 @@ def test_an_altered_result_is_refused(path: Path, what: str) -> None:
     result_file.read(path, Result)
     with h5py.File(path, "r+") as file:
         if what == "number":
-            file.attrs["cost"] = 0.835
+            file["cost"][()] = 0.835
         elif what == "array":
             file["parts/plain/values"][1] = np.nextafter(1.0, 2.0)
         elif what == "text":
@@ -79,7 +79,7 @@ def test_an_altered_result_is_refused(path: Path, what: str) -> None:
 def test_a_result_from_before_checksums_is_read(path: Path) -> None:
     with h5py.File(path, "r+") as file:
         del file.attrs[CHECKSUM]
-        file.attrs["cost"] = 11.5
+        file["cost"][()] = 11.5
     assert result_file.read(path, Result).cost == 11.5
 
 

@@ -1,0 +1,142 @@
+"""What the arrays of results stand over and in which unit: the labels of result files, of `to_xarray` and of
+the documentation.
+
+A dimension is named by the field that holds its labels, where there is one: `value (name)` stands over the
+texts of `name`, `measured (frequency_hz, pair)` over the lines.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from identify.results.label_table import ARRAYS
+
+FIXED = dict.fromkeys(("axis", "response", "force"), ("x", "y", "z"))
+"""Labels of dimensions that no field holds, by name: the base's axes, or those of what a class says."""
+_BY_NAME = {
+    "_m_per_n": "m/N",
+    "_per_rad": "1/rad",
+    "_per_s": "1/s",
+    "rpm": "1/min",
+    "_hz": "Hz",
+    "_deg": "deg",
+    "_m": "m",
+    "_n": "N",
+    "_kg": "kg",
+    "_s": "s",
+    "seconds": "s",
+}
+"""Units that names of fields end with."""
+
+
+class Labelled(NamedTuple):
+    """A field of a result: its value, the names of its dimensions (none of a number, a text or a group), and
+    its unit: `1` of plain numbers, empty of texts, `see unit` where it differs by row.
+    """
+
+    name: str
+    value: Any
+    dims: tuple[str, ...] = ()
+    unit: str = ""
+
+    @property
+    def is_group(self) -> bool:
+        """Whether it has fields or members of its own."""
+        return dataclasses.is_dataclass(self.value) or isinstance(self.value, dict)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of an array, or of a list of texts."""
+        return _shape(self.value)
+
+
+class Level(NamedTuple):
+    """The fields of one group, and of what it is in: the objects, outermost first, and the sizes of all
+    dimensions.
+    """
+
+    fields: tuple[Labelled, ...]
+    objects: tuple[Any, ...] = ()
+    sizes: Mapping[str, int] = {}
+
+    def labels(self, known: Mapping[str, Any]) -> dict[str, tuple[int, Any]]:
+        """Size and labels (texts, numbers, or None where there are none) of the dimensions of this group that
+        are not among the known ones of those around it.
+        """
+        columns = {one.name: one.value for one in self.fields if one.dims == (one.name,)}
+        sizes = {d: n for one in self.fields for d, n in zip(one.dims, one.shape, strict=True)}
+        fixed = {d: labels for d, labels in FIXED.items() if sizes.get(d) == len(labels)}
+        return {
+            d: (n, {**fixed, **columns}.get(d)) for d, n in sizes.items() if d in columns or d not in known
+        }
+
+
+def level(item: Any, above: Level | None = None) -> Level:
+    """The fields of a dataclass or the members of a mapping, without those that are None.
+
+    An array that is not as its class says, and those of classes that are not in the table, stand over
+    dimensions of their own.
+    """
+    around, sizes = (above.objects, dict(above.sizes)) if above else ((), {})
+    if isinstance(item, Mapping):
+        return Level(tuple(Labelled(key, value) for key, value in item.items()), around, sizes)
+    kind: type = type(item)
+    said, fields, objects = declared(kind), [], (*around, item)
+    for field in dataclasses.fields(item):
+        name, value = field.name, getattr(item, field.name)
+        if value is None:
+            continue
+        dims, unit = said.get(name, ((), unit_of_name(name)))
+        shape = _shape(value)
+        if len(dims) != len(shape) or any(sizes.get(d, n) != n for d, n in zip(dims, shape, strict=True)):
+            dims = tuple(_new(f"{name}_{axis}", n, sizes) for axis, n in enumerate(shape))
+        sizes |= dict(zip(dims, shape, strict=True))
+        fields.append(Labelled(name, value, dims, "" if _is_text(value) else _in_words(unit, objects)))
+    return Level(tuple(fields), objects, sizes)
+
+
+@cache
+def declared(kind: type) -> dict[str, tuple[tuple[str, ...], str]]:
+    """Dimensions and unit of the fields of a class, as the table says; `$field` for a unit that a field
+    says.
+    """
+    found = {}
+    for one in reversed(kind.__mro__):
+        for dims, fields in ARRAYS.get(one.__name__, {}).items():
+            for text in fields.split():
+                name, _, unit = text.partition("=")
+                found[name] = tuple(dims.split()), unit or unit_of_name(name)
+    return found
+
+
+def unit_of_name(name: str) -> str:
+    """The unit that the name of a field ends with, 1 where it ends with none."""
+    return next((unit for end, unit in _BY_NAME.items() if name.endswith(end)), "1")
+
+
+def _new(name: str, size: int, sizes: Mapping[str, int]) -> str:
+    """A name that no dimension of another size has."""
+    while sizes.get(name, size) != size:
+        name += "_"
+    return name
+
+
+def _in_words(unit: str, objects: Sequence[Any]) -> str:
+    """A unit; of one that a field says, that of the innermost object that has it."""
+    if not unit.startswith("$"):
+        return unit.replace("~", " ")
+    said = next((getattr(one, unit[1:]) for one in reversed(objects) if hasattr(one, unit[1:])), "")
+    return said if isinstance(said, str) else f"see {unit[1:]}"
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    return value.shape if isinstance(value, np.ndarray) else (len(value),) if isinstance(value, tuple) else ()
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, (str, tuple))
