@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from identify.api.options import (
+    Argument,
     BatchOptions,
     Columns,
     DeflectionOptions,
@@ -23,6 +24,7 @@ from identify.api.options import (
     ExportCommandOptions,
     FitOptions,
     Inertias,
+    Lock,
     MapCommandOptions,
     ModesOptions,
     Names,
@@ -31,6 +33,7 @@ from identify.api.options import (
     Quiet,
     SimulateOptions,
     StabilityOptions,
+    Tip,
     columns_of,
     pairs_of,
     takes_options,
@@ -352,17 +355,9 @@ def init(
         list[str] | None,
         typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
     ] = None,
-    tip: Annotated[
-        str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")
-    ] = None,
-    lock: Annotated[
-        list[str] | None,
-        typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
-    ] = None,
-    argument: Annotated[
-        list[str] | None,
-        typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
-    ] = None,
+    tip: Tip = None,
+    lock: Lock = None,
+    argument: Argument = None,
 ) -> None:
     """Write a commented starter config for a robot and its data.
 
@@ -381,7 +376,9 @@ def init(
     there = points or robot.parent / "points.csv"
     if posture is not None and data and not there.exists() and has_geometry(data[0]):
         try:
-            placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
+            placing, files = api.run_points(
+                robot, data[:1], PointsOptions(posture, tip, lock, argument, out=there)
+            )
         except InputError as error:
             typer.echo(f"note: the geometry of the test could not be laid on the robot: {error}")
         else:

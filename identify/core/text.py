@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from identify.core.errors import InputError
@@ -27,6 +28,9 @@ def angles_of(text: str | None, option: str = "--at") -> tuple[float, ...]:
     if text is None:
         return ()
     try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise InputError(option, repr(text), "angles in degrees such as 0,30,-60,0,45,0") from error
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = (math.nan,)
+    if not all(map(math.isfinite, found)):
+        raise InputError(option, repr(text), "angles in degrees such as 0,30,-60,0,45,0")
+    return found

@@ -61,7 +61,7 @@ def read_source(path: Path, arguments: Mapping[str, str] = _NONE) -> Source:
         try:
             return _made(path, _XACRO, arguments, _asked(root))
         except InputError:
-            if values:
+            if values or arguments:
                 raise
             note = f"macros that are not defined in it were left out ({', '.join(calls)})"
             return Source(path, content, notes=(note,))

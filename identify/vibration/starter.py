@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
-from identify.core.text import listed
+from identify.core.text import count, listed
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.measured.band import suggested_band
 from identify.measured.channel import Channel
@@ -105,6 +105,9 @@ def write_starter(
     folder = out.resolve().parent
     new = new_robot(robot, folder, told_of_robot or Told())
     described = new.robot
+    if posture and len(posture) != len(described.joints):
+        expected = f"{len(described.joints)}, one per joint ({_joints(described)})"
+        raise InputError("--posture", count(len(posture), "angle"), expected)
     told = options or FrfFileOptions()
     read = dict[Path, _Read]()
     groups = _grouped(data, told, read)
