@@ -48,6 +48,7 @@ from identify.core.errors import (
     InputError,
     InputErrors,
 )
+from identify.core.text import angles_of, typed
 from identify.core.version import VERSION
 
 if TYPE_CHECKING:
@@ -316,7 +317,7 @@ def check(
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
     if not quiet:
-        typer.echo(f"next: identify {checked.then} {config}")
+        typer.echo(f"next: identify {checked.then} {typed([config])}")
 
 
 @app.command()
@@ -364,7 +365,6 @@ def init(
     With a mass, links without a body get one of their meshes, in a URDF beside the config.
     """
     from identify.api import commands as api
-    from identify.core.text import angles_of
     from identify.measured.frf_records import FrfFileOptions
     from identify.measured.uff.geometry import has_geometry
     from identify.reports.points.said import sentences
@@ -391,7 +391,9 @@ def init(
     angles = angles_of(posture, "--posture")
     written = write_starter(robot, data or [], out, points, told, of_robot, angles)
     typer.echo(
-        "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
+        "\n".join(
+            [f"wrote {written.config}", *written.to_do, f"next: identify check {typed([written.config])}"]
+        )
     )
 
 

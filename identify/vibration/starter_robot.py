@@ -40,6 +40,13 @@ class Told:
     arguments: Mapping[str, str] = field(default_factory=dict)
     wanted: Wanted = field(default_factory=Wanted)
 
+    def words(self) -> list[str]:
+        """Which part of which description, as options of a command."""
+        pairs = [("--tip", self.choice.tip)] if self.choice.tip else []
+        pairs += [("--lock", f"{joint}={value}") for joint, value in self.choice.lock.items()]
+        pairs += [("--argument", f"{name}={value}") for name, value in self.arguments.items()]
+        return [word for pair in pairs for word in pair]
+
 
 @dataclass(frozen=True)
 class NewRobot:

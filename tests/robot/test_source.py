@@ -56,6 +56,8 @@ def test_arguments_of_a_xacro_are_given_or_asked_for(tmp_path: Path) -> None:
     assert read_urdf(path, arguments={"kg": "4"}).links[1].mass == 4
     with pytest.raises(InputError, match=r"arm.xacro: it needs the argument 'kg'"):
         read_urdf(path)
+    with pytest.raises(InputError, match=r"arm.xacro: it does not take the argument 'mass'"):
+        read_urdf(path, arguments={"kg": "4", "mass": "4"})
 
 
 def test_a_package_that_is_not_there_is_named(tmp_path: Path) -> None:
