@@ -89,6 +89,12 @@ def test_an_error_on_the_way_is_one_sentence(tmp_path: Path) -> None:
         assert caught.value.where == "bad.xacro"
 
 
+def test_arguments_of_a_mujoco_model_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text("<mujoco><worldbody/></mujoco>")
+    with pytest.raises(InputError, match=r"arguments \(a\) of a file without macros"):
+        read_source(tmp_path / "arm.xml", {"a": "b"})
+
+
 def test_arguments_of_a_plain_file_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     path.write_text('<robot name="a"><link name="a"/></robot>')
