@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from identify.api.options import (
+    Argument,
     BatchOptions,
     Columns,
     DeflectionOptions,
@@ -23,6 +24,7 @@ from identify.api.options import (
     ExportCommandOptions,
     FitOptions,
     Inertias,
+    Lock,
     MapCommandOptions,
     ModesOptions,
     Names,
@@ -31,6 +33,7 @@ from identify.api.options import (
     Quiet,
     SimulateOptions,
     StabilityOptions,
+    Tip,
     columns_of,
     pairs_of,
     takes_options,
@@ -45,6 +48,7 @@ from identify.core.errors import (
     InputError,
     InputErrors,
 )
+from identify.core.text import angles_of, typed
 from identify.core.version import VERSION
 
 if TYPE_CHECKING:
@@ -313,7 +317,7 @@ def check(
     if checked.failed:
         raise typer.Exit(EXIT_FAILED_CHECK)
     if not quiet:
-        typer.echo(f"next: identify {checked.then} {config}")
+        typer.echo(f"next: identify {checked.then} {typed([config])}")
 
 
 @app.command()
@@ -352,24 +356,15 @@ def init(
         list[str] | None,
         typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
     ] = None,
-    tip: Annotated[
-        str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")
-    ] = None,
-    lock: Annotated[
-        list[str] | None,
-        typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
-    ] = None,
-    argument: Annotated[
-        list[str] | None,
-        typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
-    ] = None,
+    tip: Tip = None,
+    lock: Lock = None,
+    argument: Argument = None,
 ) -> None:
     """Write a commented starter config for a robot and its data.
 
     With a mass, links without a body get one of their meshes, in a URDF beside the config.
     """
     from identify.api import commands as api
-    from identify.core.text import angles_of
     from identify.measured.frf_records import FrfFileOptions
     from identify.measured.uff.geometry import has_geometry
     from identify.reports.points.said import sentences
@@ -381,7 +376,9 @@ def init(
     there = points or robot.parent / "points.csv"
     if posture is not None and data and not there.exists() and has_geometry(data[0]):
         try:
-            placing, files = api.run_points(robot, data[:1], PointsOptions(posture, out=there))
+            placing, files = api.run_points(
+                robot, data[:1], PointsOptions(posture, tip, lock, argument, out=there)
+            )
         except InputError as error:
             typer.echo(f"note: the geometry of the test could not be laid on the robot: {error}")
         else:
@@ -394,7 +391,9 @@ def init(
     angles = angles_of(posture, "--posture")
     written = write_starter(robot, data or [], out, points, told, of_robot, angles)
     typer.echo(
-        "\n".join([f"wrote {written.config}", *written.to_do, f"next: identify check {written.config}"])
+        "\n".join(
+            [f"wrote {written.config}", *written.to_do, f"next: identify check {typed([written.config])}"]
+        )
     )
 
 

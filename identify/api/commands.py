@@ -25,6 +25,8 @@ from identify.api.options import (
     SimulateOptions,
     StabilityOptions,
     given,
+    pairs_of,
+    words_of,
 )
 from identify.core.analyses import analysis_for, check_options, load
 from identify.core.config import family_of
@@ -380,6 +382,7 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
     from identify.reports.points.write import write_points
+    from identify.robot.chain import Choice
     from identify.setup.registration.run import Asked
 
     asked = Asked(
@@ -388,6 +391,8 @@ def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tup
         options.pairs,
         options.pair_error,
         options.length_unit,
+        Choice(options.tip, pairs_of(options.lock, "--lock")),
+        words_of(options.argument, "--argument"),
     )
     return write_points(robot, data, asked, options.out, options.page, options.quiet)
 

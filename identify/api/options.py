@@ -161,6 +161,8 @@ def words_of(texts: Iterable[str] | None, where: str) -> dict[str, str]:
         name, _, value = text.partition("=")
         if not (name.strip() and value.strip()):
             raise InputError(where, repr(text), "a name and a value, such as name=value")
+        if name.strip() in found:
+            raise InputError(where, f"{name.strip()!r} twice", "each name once")
         found[name.strip()] = value.strip()
     return found
 
@@ -544,6 +546,17 @@ def given(options: Any) -> dict[str, Any]:
     }
 
 
+Tip = Annotated[str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")]
+Lock = Annotated[
+    list[str] | None,
+    typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
+]
+Argument = Annotated[
+    list[str] | None,
+    typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
+]
+
+
 @dataclass(frozen=True)
 class PointsOptions:
     """Of `identify points`."""
@@ -552,6 +565,9 @@ class PointsOptions:
         str | None,
         typer.Option(help="joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0"),
     ] = None
+    tip: Tip = None
+    lock: Lock = None
+    argument: Argument = None
     pairs: Annotated[
         Path | None,
         typer.Option(help="CSV of points: some nodes, three if need be, whose place is roughly known"),

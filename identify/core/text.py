@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from identify.core.errors import InputError
@@ -22,11 +23,19 @@ def count(items: int, word: str) -> str:
     return f"{items} {word}" if items == 1 else f"{items} {word}s"
 
 
+def typed(words: Sequence[object]) -> str:
+    """A command as it is typed, in any shell: words with blanks in quotes."""
+    return " ".join(f'"{word}"' if " " in str(word) else str(word) for word in words)
+
+
 def angles_of(text: str | None, option: str = "--at") -> tuple[float, ...]:
     """Angles in degrees of a text such as `0,30,-60,0,45,0`; none of None; InputError for another text."""
     if text is None:
         return ()
     try:
-        return tuple(float(part) for part in text.split(","))
-    except ValueError as error:
-        raise InputError(option, repr(text), "angles in degrees such as 0,30,-60,0,45,0") from error
+        found = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        found = (math.nan,)
+    if not all(map(math.isfinite, found)):
+        raise InputError(option, repr(text), "angles in degrees such as 0,30,-60,0,45,0")
+    return found

@@ -199,9 +199,16 @@ def _slow_of_each(records: Sequence[slice], lowpass_hz: float, rate: float, valu
 
 
 def _moving(motion: ConditionedMotion, scene: RecordedMotion) -> Mask:
-    """Samples (samples, examined joints) at which a drive moves, away from the ends of the record."""
+    """Samples (samples, examined joints) at which a drive moves, away from the ends of the record; InputError
+    for one that stands at all of them.
+    """
     rows = [joint - 1 for joint in scene.axes]
-    return np.asarray((np.abs(scene.travel[:, rows]) > scene.slow) & motion.inside[:, None])
+    moving = np.asarray((np.abs(scene.travel[:, rows]) > scene.slow) & motion.inside[:, None])
+    for standing in np.flatnonzero(~np.any(moving, axis=0)):
+        fix = "leave it out of `joints`, or take another record"
+        found = f"joint {scene.axes[standing]} stands all the time"
+        raise InputError(f"record {motion.name}", found, "motion of every joint in `joints`", fix)
+    return moving
 
 
 def _finite(values: Array, joints: Sequence[int], motion: ConditionedMotion, what: str) -> Array:

@@ -69,11 +69,12 @@ def condition(
 ) -> ConditionedMotion:
     """The motion of a record; torque_constant (joints,), N m/A, turns a motor current into a torque.
 
-    InputError where the low-pass is not below half the sample rate, or neither torque nor current with its
-    constant is there.
+    InputError where the low-pass is not below half the sample rate, the record is too short for it, or
+    neither torque nor current with its constant is there.
     """
     said = []
     time_s, signals, rate = record.time_s, dict(record.signals), record.sample_rate_hz
+    _check_length(record.name, len(time_s), rate, lowpass_hz)
     gaps = np.zeros((0, 2))
     if resample_hz is not None:
         if not evenly_sampled(time_s):
@@ -85,6 +86,7 @@ def condition(
             f"resampled from {rate:.6g} to {resample_hz:g} Hz by cubic splines{_guard(rate, resample_hz)}"
         )
         rate = resample_hz
+        _check_length(record.name, len(time_s), rate, lowpass_hz)
     if not 0 < lowpass_hz < rate / 2:
         raise InputError(
             "lowpass_hz",
@@ -152,6 +154,15 @@ def slow_part(values: Array, cutoff_hz: float, rate: float, differences: int = 0
     kept = angle * rate <= 2 * np.pi * cutoff_hz
     gain = np.where(kept, 1.0 / np.sinc(np.where(kept, angle, 0.0) / np.pi) ** differences, 0.0)
     return np.asarray(scipy.fft.idct((waves.T * gain).T, axis=0, norm="ortho"))
+
+
+def _check_length(name: str, samples: int, rate: float, lowpass_hz: float) -> None:
+    """A filter needs a past and a future, and that of scipy more than three times its coefficients."""
+    least = max(3 * (_ORDER + 1), 2 * int(np.ceil(rate / lowpass_hz)) if lowpass_hz > 0 else 0)
+    if samples <= least:
+        found = f"{samples} samples at {rate:g} a second"
+        expected = f"more than {least} for a low-pass of {lowpass_hz:g} Hz"
+        raise InputError(f"record {name}", found, expected, "record longer")
 
 
 def _inside(time_s: Array, reach: int, rate: float, gaps: Array) -> Mask:

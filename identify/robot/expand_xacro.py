@@ -30,13 +30,32 @@ def expanded(path: Path, arguments: dict[str, str]) -> Group:
 
     substitution_args._eval_find = find  # that of xacro needs an installed ROS
     os.chdir(path.parent)
+    told = _Asked(arguments)
     try:
-        document = xacro.process_file(str(path), mappings=dict(arguments))
+        document = xacro.process_file(str(path), mappings=told)
     except Refused:
         raise
     except Exception as error:  # whatever the expressions and includes of a stranger's file raise
         raise Refused("", _said(error)) from error
+    if lost := arguments.keys() - told.asked:
+        raise Refused("", f"it does not take the argument {min(lost)!r}")
     return Group({"urdf": document.documentElement.toprettyxml(indent="  ")})
+
+
+class _Asked(dict[str, str]):
+    """Arguments, and which of them a xacro asks for, in whichever of its files."""
+
+    def __init__(self, arguments: dict[str, str]) -> None:
+        super().__init__(arguments)
+        self.asked = set[object]()
+
+    def __contains__(self, name: object) -> bool:
+        self.asked.add(name)
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked.add(name)
+        return super().__getitem__(name)
 
 
 def _said(error: Exception) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from identify.core.config import Settings
 from identify.robot.units import SI, RobotUnits
@@ -14,7 +14,13 @@ Ratio = Annotated[float, Field(ge=1)]
 """Turns of a motor per turn of its joint: a number below 1 is the inverse of that."""
 
 
-class Payload(Settings):
+class _Finite(Settings):
+    """Numbers of a body or a place, none of which can be infinite."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+
+
+class Payload(_Finite):
     """A rigid body fixed to a link."""
 
     link: str = Field(description="link, or frame such as a flange, that carries it")
@@ -27,7 +33,7 @@ class Payload(Settings):
     )
 
 
-class RobotSettings(Settings):
+class RobotSettings(_Finite):
     """Where the robot is described: a URDF or a Denavit-Hartenberg table."""
 
     urdf: Path | None = Field(None, description="URDF, xacro or MJCF with inertias")

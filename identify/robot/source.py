@@ -54,14 +54,14 @@ def read_source(path: Path, arguments: Mapping[str, str] = _NONE) -> Source:
     if root.tag == "sdf":
         fix = "convert it to URDF, or take the xacro that it was made of"
         raise InputError(path.name, "this is an SDF file", EXPECTED, fix)
-    if root.tag == "mujoco":
+    if root.tag == "mujoco" and not arguments:
         return _made(path, _MJCF, {})
     values, calls = _macros(root)
     if root.tag == "robot" and (values or calls):
         try:
             return _made(path, _XACRO, arguments, _asked(root))
         except InputError:
-            if values:
+            if values or arguments:
                 raise
             note = f"macros that are not defined in it were left out ({', '.join(calls)})"
             return Source(path, content, notes=(note,))

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
 from identify.robot.points import points_text, read_points
@@ -38,7 +38,7 @@ def write_corrected(file: StudyFile, edits: Sequence[Change], notes: Sequence[st
     texts[study] = yaml_text(data)
     for path in texts:
         if path.exists():
-            raise InputError(str(path), "the file exists", "a new file", ELSEWHERE)
+            raise InputError(str(path), "the file exists", "a new file", "move or remove it")
     for path, text in texts.items():
         write_text(path, text)
     return list(texts)

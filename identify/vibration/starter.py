@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
-from identify.core.text import listed
+from identify.core.text import count, listed, typed
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.measured.band import suggested_band
 from identify.measured.channel import Channel
@@ -103,8 +103,12 @@ def write_starter(
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
     key = "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
     folder = out.resolve().parent
-    new = new_robot(robot, folder, told_of_robot or Told())
+    of_robot = told_of_robot or Told()
+    new = new_robot(robot, folder, of_robot)
     described = new.robot
+    if posture and len(posture) != len(described.joints):
+        expected = f"{len(described.joints)}, one per joint ({_joints(described)})"
+        raise InputError("--posture", count(len(posture), "angle"), expected)
     told = options or FrfFileOptions()
     read = dict[Path, _Read]()
     groups = _grouped(data, told, read)
@@ -135,7 +139,9 @@ def write_starter(
         cost="frf-least-squares" if bands else "eigenfrequency",
     )
     write_text(out, text)
-    return Starter(out, [*_unfilled(text), *_points_to_write(robot, data, points, entries), *new.said])
+    return Starter(
+        out, [*_unfilled(text), *_points_to_write(robot, of_robot, data, points, entries), *new.said]
+    )
 
 
 def _unfilled(text: str) -> list[str]:
@@ -150,15 +156,18 @@ def _unfilled(text: str) -> list[str]:
     return [*said, window] if "window_decay_per_s" in text else said
 
 
-def _points_to_write(robot: Path, data: list[Path], points: Path, entries: list[_Entry]) -> list[str]:
+def _points_to_write(
+    robot: Path, told: Told, data: list[Path], points: Path, entries: list[_Entry]
+) -> list[str]:
     """That the file of points is missing, which nodes it has to have, and what makes it."""
     nodes = sorted({node for entry in entries for node in entry.nodes})
     if points.exists() or not nodes:
         return []
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
+    words = ["identify", "points", robot, data[0], "--posture", "...", *told.words(), "--out", points]
     return [
         f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
-        f" the data ({some}), or let `identify points {robot} {data[0]} --posture ... --out {points}` "
+        f" the data ({some}), or let `{typed(words)}` "
         + ("find them from the geometry of" if has_geometry(data[0]) else "show the robot, to click on for")
         + " the test"
     ]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
 from identify.core.yaml_input import YAML_SUFFIXES
@@ -39,6 +39,13 @@ class Told:
     choice: Choice = field(default_factory=Choice)
     arguments: Mapping[str, str] = field(default_factory=dict)
     wanted: Wanted = field(default_factory=Wanted)
+
+    def words(self) -> list[str]:
+        """Which part of which description, as options of a command."""
+        pairs = [("--tip", self.choice.tip)] if self.choice.tip else []
+        pairs += [("--lock", f"{joint}={value}") for joint, value in self.choice.lock.items()]
+        pairs += [("--argument", f"{name}={value}") for name, value in self.arguments.items()]
+        return [word for pair in pairs for word in pair]
 
 
 @dataclass(frozen=True)
@@ -78,7 +85,11 @@ def new_robot(file: Path, folder: Path, told: Told) -> NewRobot:
 
 
 def _read(settings: RobotSettings, file: Path, given: dict[str, Any], told: Told) -> NewRobot:
-    """As it is."""
+    """As it is; InputError for what is told of bodies that are not made."""
+    for option, value in (("--motor", told.wanted.motors), ("--base-kg", told.wanted.base_kg)):
+        if value:
+            why = "no body is made of a mesh, because the file has them all"
+            raise InputError(option, why, "links without a body", "add `--inertias meshes`, or leave it out")
     robot = read_robot(settings, Path())
     found = masses(robot, told.wanted.mass_kg)
     sheet = "" if told.wanted.mass_kg is not None else ": compare its data sheet"
@@ -100,7 +111,8 @@ def _made(
     bodies = made_bodies(whole, told.wanted)
     path = folder / f"{file.name.partition('.')[0]}_bodies.urdf"
     if path.exists():
-        raise InputError(str(path), "the file exists", "a new file", ELSEWHERE)
+        fix = "choose another folder with `--out`, or remove it"
+        raise InputError(str(path), "the file exists", "a new file", fix)
     write_text(path, with_bodies(settings, Path(), whole, bodies, to=folder))
     given = {name: value for name, value in given.items() if name != "arguments"}
     robot = read_urdf(path, choice=told.choice)

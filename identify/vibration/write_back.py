@@ -107,6 +107,7 @@ class WriteBack:
     def _study_text(self, found: Corrections, result: FitResult) -> str:
         data = new_study(self.file, self.folder, "corrected", _inside(result))
         data["robot"]["dh" if self.file.study.robot.urdf is None else "urdf"] = self.robot.name
+        data["robot"].pop("arguments", None)  # the file has no macros any more
         if self.points is not None:
             data["points"] = self.points.name
             data.pop("points_frame", None)

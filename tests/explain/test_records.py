@@ -17,6 +17,7 @@ from identify.results import file as result_file
 from identify.results.explain import ExplainResult
 from tests.motion.hidden_drive import ZERO_DEG, Hidden, move, record, study
 
+ROOT = Path(__file__).parents[2]
 KINDS = "[coulomb-friction, viscous-friction, joint-compliance, sensor-latency]"
 _HIDDEN = Hidden((lambda m: 0.3 * np.sign(m.v) + 0.5 * m.v,), latency_s=(0.004,) * 5)
 
@@ -168,3 +169,26 @@ def test_the_noise_level_is_the_same_for_slow_and_fast_records() -> None:
             found.append(white_level(torque, used, known))
     assert levels[0] == pytest.approx([0.05] * 3, rel=0.35)
     assert max(levels[1]) > 1.6 * max(levels[0])
+
+
+def test_a_joint_that_stands_all_the_time_is_named(tmp_path: Path) -> None:
+    data = ROOT / "data/joint_runs"
+    table = np.genfromtxt(data / "judge.csv", delimiter=",", skip_header=1)
+    table[:, [1, 4]] = table[0, [1, 4]]
+    names = (data / "judge.csv").read_text().splitlines()[0]
+    np.savetxt(tmp_path / "stands.csv", table, delimiter=",", header=names, comments="", fmt="%.10g")
+    (tmp_path / "study.yaml").write_text(f"""schema: identify-explain/1
+name: stands
+robot: {{dh: '{data / "robot.yaml"}'}}
+drives: {{gear_ratio: [180, 160, 140], rotor_inertia_kg_m2: [0.012, 0.012, 0.008]}}
+records:
+  - {{name: A, file: '{data / "excited.csv"}', use: fit}}
+  - {{name: B, file: stands.csv, use: validate}}
+signals:
+  motor_position: {{at: "joint{{joint}}.motor_rad", unit: rad}}
+  motor_torque: {{at: "joint{{joint}}.torque_N_m", unit: N m}}
+time: {{at: time_s, unit: s}}
+lowpass_hz: 10
+""")
+    with pytest.raises(InputError, match="record B: joint 1 stands all the time"):
+        run_explain(tmp_path / "study.yaml", tmp_path / "run.h5")

@@ -4,6 +4,7 @@ conditioning keeps its promises.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -160,3 +161,14 @@ def test_currents_need_their_constant() -> None:
         condition(_record(current=True), 20.0)
     with pytest.raises(InputError, match="below 100 Hz"):
         condition(_record(), 100.0)
+
+
+@pytest.mark.parametrize("samples", [3, 15, 20])
+def test_a_record_that_is_too_short_for_its_filter_is_refused(samples: int) -> None:
+    whole = _record()
+    signals = {name: values[:samples] for name, values in whole.signals.items()}
+    short = replace(whole, time_s=whole.time_s[:samples], signals=signals)
+    with pytest.raises(InputError, match=rf"{samples} samples at .* more than .* record longer"):
+        condition(short, 20.0)
+    with pytest.raises(InputError, match=r"samples at .* record longer"):
+        condition(short, 20.0, resample_hz=80.0)

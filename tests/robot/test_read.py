@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -65,3 +67,11 @@ def test_a_payload_as_a_controller_tells_it_in_the_frame_of_the_flange(tmp_path:
     assert found[0] == "arm"
     assert found[1].centre == pytest.approx([0.5, 0, 1])
     assert np.diag(found[1].inertia) == pytest.approx([0.3, 0.2, 0.1])
+
+
+@pytest.mark.parametrize(
+    "said", [{"mounted_rpy_deg": [180, 0, "nan"]}, {"payload": [{"link": "a", "mass_kg": float("inf")}]}]
+)
+def test_numbers_of_a_robot_are_finite(said: dict[str, Any]) -> None:
+    with pytest.raises(ValidationError, match="finite number"):
+        RobotSettings.model_validate({"urdf": "a.urdf", **said})

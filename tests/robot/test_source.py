@@ -56,6 +56,8 @@ def test_arguments_of_a_xacro_are_given_or_asked_for(tmp_path: Path) -> None:
     assert read_urdf(path, arguments={"kg": "4"}).links[1].mass == 4
     with pytest.raises(InputError, match=r"arm.xacro: it needs the argument 'kg'"):
         read_urdf(path)
+    with pytest.raises(InputError, match=r"arm.xacro: it does not take the argument 'mass'"):
+        read_urdf(path, arguments={"kg": "4", "mass": "4"})
 
 
 def test_a_package_that_is_not_there_is_named(tmp_path: Path) -> None:
@@ -85,6 +87,12 @@ def test_an_error_on_the_way_is_one_sentence(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             read_urdf(tmp_path / "bad.xacro")
         assert caught.value.where == "bad.xacro"
+
+
+def test_arguments_of_a_mujoco_model_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text("<mujoco><worldbody/></mujoco>")
+    with pytest.raises(InputError, match=r"arguments \(a\) of a file without macros"):
+        read_source(tmp_path / "arm.xml", {"a": "b"})
 
 
 def test_arguments_of_a_plain_file_are_refused(tmp_path: Path) -> None:

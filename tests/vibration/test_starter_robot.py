@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -97,3 +98,33 @@ def test_a_study_may_name_a_xacro_and_its_result_holds_what_it_stood_for(tmp_pat
     assert "$(arg" not in description.robot
     again, _ = _described(file.study, description)
     assert again.links[0].mass == 321
+
+
+@pytest.mark.parametrize("wanted", [Wanted(motors={"1": 3.0}), Wanted(20.0, base_kg=4.0)])
+def test_what_is_told_of_bodies_that_are_not_made_is_refused(tmp_path: Path, wanted: Wanted) -> None:
+    arm(tmp_path, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
+    with pytest.raises(InputError, match="no body is made of a mesh"):
+        new_robot(tmp_path / "arm.urdf", tmp_path, Told(wanted=wanted))
+
+
+def test_a_posture_has_an_angle_for_each_joint(tmp_path: Path) -> None:
+    arm(tmp_path, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
+    with pytest.raises(InputError, match="--posture: 3 angles; expected 2, one per joint"):
+        write_starter(tmp_path / "arm.urdf", [], tmp_path / "c.yaml", None, posture=(1.0, 2.0, 3.0))
+    assert not (tmp_path / "c.yaml").exists()
+
+
+def test_the_command_for_points_can_be_typed_as_it_is_said(tmp_path: Path) -> None:
+    folder = tmp_path / "test stand"
+    folder.mkdir()
+    arm(folder, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
+    frfs = ROOT / "data/arm_hammer_test/posture1.uff"
+    told = Told(Choice("two", {"rail": 1.2}), {}, Wanted())
+    assert told.words() == ["--tip", "two", "--lock", "rail=1.2"]
+    done = write_starter(
+        folder / "arm.urdf", [frfs], tmp_path / "c.yaml", None, None, Told(Choice("two", {}))
+    )
+    said = next(one for one in done.to_do if "identify points" in one)
+    command = shlex.split(said.split("`")[1])
+    assert command[2] == str(folder / "arm.urdf")
+    assert command[-4:] == ["--tip", "two", "--out", str(folder / "points.csv")]

@@ -5,9 +5,12 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
+import yaml  # type: ignore[import-untyped]
 from typer.testing import CliRunner
 
 from identify.cli import app
@@ -20,6 +23,7 @@ from identify.robot.read import read_robot
 from identify.robot.rewrite import with_bodies
 from identify.robot.settings import RobotSettings
 from identify.robot.urdf import read_urdf
+from identify.vibration import write_back
 from identify.vibration.corrections import Corrections
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
@@ -269,3 +273,25 @@ def test_points_keep_what_is_not_corrected(tmp_path: Path) -> None:
     np.testing.assert_allclose(again[9].axes, axes, atol=1e-9)
     np.testing.assert_array_equal(again[7].axes, np.eye(3))
     np.testing.assert_array_equal(again[7].position, told[7].position)
+
+
+def test_a_xacro_is_written_back_without_its_arguments(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What is written is the URDF that they made; which part of it is the arm, and how it stands, is kept."""
+    path = tmp_path / "study.yaml"
+    path.write_text("""schema: identify/1
+name: rail
+robot:
+  {urdf: rail.xacro, arguments: {kg: "3"}, tip: arm, lock: {lift: 1.2},
+   mounted_rpy_deg: [180, 0, 0], mass_kg: 9}
+measurements: [{file: a.uff, posture_deg: [30], averages: 4}]
+effects: [{kind: joint-compliance, axes: [rz]}]
+uncertainty: careful
+""")
+    found = SimpleNamespace(bodies={}, posture=lambda angles: angles)
+    monkeypatch.setattr(write_back, "_inside", lambda result: {})
+    back = write_back.WriteBack(read_study(path), tmp_path / "new")
+    said = yaml.safe_load(back._study_text(cast(Any, found), cast(Any, None)))["robot"]
+    kept = {"tip": "arm", "lock": {"lift": 1.2}, "mounted_rpy_deg": [180, 0, 0], "mass_kg": 9}
+    assert said == {"urdf": "rail.xacro", **kept}

@@ -19,14 +19,20 @@ def write_points(
     """Where the nodes of data are on a robot, and what was written: `out`, where the data have a geometry,
     and the page, by default beside it.  InputError for points that exist, which are kept.
     """
-    if asked.pairs is not None and asked.pairs.resolve() == out.resolve():
-        raise InputError(str(out), "the pairs, which would be overwritten", "a new file", ELSEWHERE)
+    page = page or out.with_suffix(".html")
+    inputs = {path.resolve() for path in (robot, *data, asked.pairs) if path is not None}
+    for option, path in (("--out", out), ("--page", page)):
+        if path.resolve() in inputs:
+            fix = f"choose another with `{option}`"
+            raise InputError(str(path), "an input, which would be overwritten", "a new file", fix)
+    if page.resolve() == out.resolve():
+        raise InputError("--page", f"{page}, which is the file of points", "a file of its own")
     if out.exists() and data:
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
     with working(quiet, "laying the geometry on the robot"):
         placing = place_points(robot, data, asked)
     texts = {out: new_points_text(placing.points)} if placing.points else {}
-    texts[page or out.with_suffix(".html")] = points_page(placing)
+    texts[page] = points_page(placing)
     for path, text in texts.items():
         write_text(path, text)
     return placing, list(texts)

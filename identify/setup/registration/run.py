@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +16,7 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.uff.blocks import has_functions
 from identify.measured.uff.geometry import has_geometry, read_geometry
+from identify.robot.chain import Choice
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
 from identify.robot.read import read_robot
@@ -58,7 +59,8 @@ class Placing:
 @dataclass(frozen=True)
 class Asked:
     """posture_deg: stated angles, none for all 0; angle_deg: one standard deviation of each; pair_m: of the
-    places of pairs; pairs: a file of points.
+    places of pairs; pairs: a file of points; choice, arguments: which part of the description is the arm, and
+    of a xacro.
     """
 
     posture_deg: Sequence[float] = ()
@@ -66,6 +68,8 @@ class Asked:
     pairs: Path | None = None
     pair_m: float = 0.03
     length_unit: str | None = None
+    choice: Choice = field(default_factory=Choice)
+    arguments: Mapping[str, str] = field(default_factory=dict)
 
 
 def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placing:
@@ -74,7 +78,8 @@ def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placin
     InputError for a file that cannot be read, or nodes that fit nowhere.
     """
     key = "dh" if robot_file.suffix in YAML_SUFFIXES else "urdf"
-    settings = RobotSettings.model_validate({key: robot_file.resolve()})
+    said = {"tip": asked.choice.tip, "lock": dict(asked.choice.lock), "arguments": dict(asked.arguments)}
+    settings = RobotSettings.model_validate({key: robot_file.resolve(), **said})
     robot = read_robot(settings, Path(), unknown_bodies=True)
     stated = np.radians(asked.posture_deg or [0.0] * len(robot.joints))
     if len(stated) != len(robot.joints):
@@ -84,6 +89,10 @@ def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placin
     plain = Placing(robot, looks(robot, _WHOLE), stated, tuple(sorted(channels)))
     source = next((path for path in data if has_geometry(path)), None)
     if source is None:
+        for option, value in (("--pairs", asked.pairs), ("--length-unit", asked.length_unit)):
+            if value is not None:
+                found = f"{value}, and no geometry in the data"
+                raise InputError(option, found, "a universal file with a geometry (datasets 15 or 2411)")
         return replace(plain, notes=plain.shown.missing)
     if not asked.posture_deg:
         joints = ", ".join(joint.name for joint in robot.joints)

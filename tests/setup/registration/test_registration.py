@@ -189,3 +189,44 @@ def test_init_goes_on_where_the_robot_has_no_surface(tmp_path: Path) -> None:
     assert shown.exit_code == 0, shown.output
     assert "no surface to lay points on" in shown.output
     assert "identify points" in shown.output
+
+
+_RAIL = """<robot name="rail" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="kg" default="1"/>
+<link name="floor"/><link name="foot"/><link name="arm"><inertial><mass value="$(arg kg)"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="hand"/>
+<joint name="lift" type="revolute"><parent link="floor"/><child link="foot"/><axis xyz="0 0 1"/></joint>
+<joint name="turn" type="revolute"><parent link="foot"/><child link="arm"/><axis xyz="0 0 1"/></joint>
+<joint name="grip" type="revolute"><parent link="arm"/><child link="hand"/><axis xyz="0 0 1"/></joint></robot>
+"""
+
+
+def test_points_are_on_the_arm_that_is_told(tmp_path: Path) -> None:
+    (tmp_path / "rail.xacro").write_text(_RAIL)
+    words = ["points", str(tmp_path / "rail.xacro"), "--out", str(tmp_path / "points.csv"), "--posture", "30"]
+    told = ["--tip", "arm", "--lock", "lift=0.3", "--argument", "kg=3"]
+    assert CliRunner().invoke(app, [*words, *told]).exit_code == 0
+    refused = CliRunner().invoke(app, words)
+    assert isinstance(refused.exception, InputError)
+    assert "one per joint (lift, turn, grip)" in str(refused.exception)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"page": "robot.urdf"}, "an input, which would be overwritten"),
+        ({"page": "points.csv"}, "which is the file of points"),
+        ({"pairs": "pairs.csv"}, "no geometry in the data"),
+        ({"length_unit": "mm"}, "no geometry in the data"),
+        ({"posture": "nan,0,0,0,0,0"}, "expected angles in degrees"),
+        ({"lock": ["a=1", "a=2"]}, "'a' twice"),
+    ],
+)
+def test_options_of_points_that_change_nothing_or_harm(
+    tmp_path: Path, options: dict[str, Any], said: str
+) -> None:
+    text = (DATA / "robot.urdf").read_text()
+    (tmp_path / "robot.urdf").write_text(text)
+    files = {name: tmp_path / value for name, value in options.items() if name in ("page", "pairs")}
+    with pytest.raises(InputError, match=said):
+        api.points(tmp_path / "robot.urdf", out=tmp_path / "points.csv", **{**options, **files})
+    assert (tmp_path / "robot.urdf").read_text() == text
