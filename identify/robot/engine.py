@@ -6,6 +6,7 @@ Its sibling `engine_motion` has the same mechanism in motion; nothing else in id
 from __future__ import annotations
 
 import copy
+import warnings
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 
@@ -252,7 +253,9 @@ def compile_mechanism(
         for copy in range(copies)
         for inertia in _add_arm(spec, mechanism, axes, f"{copy}." if copy else "")
     ]
-    model = spec.compile()
+    with warnings.catch_warnings():  # of what the compiler's stand-in bodies weigh, which is no one's affair
+        warnings.simplefilter("ignore", UserWarning)
+        model = spec.compile()
     # The compiler refuses, or replaces by their average, moments that rounding took past the triangle
     # inequality (a plate), and bodies
     # without mass, so the true ones go in afterwards; the description has checked them.

@@ -65,7 +65,7 @@ def test_the_reported_channel_is_named_and_the_rest_fits(case: str, said: str, t
     found = fit(fit_plan(problem))
     assert gap(problem.targets(), found.values) == pytest.approx(0.97, abs=0.01)
     assert found.values[::2] == pytest.approx([4e5, 2.3e5, 6e4], rel=0.005)
-    assert [one.channels or one.sentence for one in run_checks(config).findings[STUDY]] == [f"p: {note}."]
+    assert f"p: {note}." in [one.channels or one.sentence for one in run_checks(config).findings[STUDY]]
 
 
 def test_the_reported_robot_with_zero_channels_fits() -> None:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
+from identify.core.text import listed
 from identify.discovery.amplitude import level_gap
 from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
 from identify.discovery.sparse.names import Named
@@ -40,7 +41,8 @@ def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
     if problem is not bench.problem:
         bench.turn_to(problem, with_errors=True)
     final = _refitted(bench, first, named, values)
-    story.say(f"Refitted on all lines: {bench.standing(final)}.")
+    found_all = listed([one.effect.sentence() for one in named])
+    story.say(f"With {found_all}, refitted on all lines: {bench.standing(final)}.")
     return _told(bench, first, named, final, story)
 
 
