@@ -15,11 +15,12 @@ from functools import partial
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError, InputErrors
 from identify.core.plugin import PluginError, note_broken
 from identify.core.threads import each
 from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.evidence import solved
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.measured.frf_set import POWER
@@ -47,21 +48,52 @@ class Candidate:
     gain: float
 
 
-def candidates(problem: Problem, unknowns: Unknowns, x: Array, product: Array) -> list[Candidate]:
-    """All that the catalogue has of such effects beside a dense fit of a problem at x (f,), the best first,
-    each once; product (f + 1, f + 1): [J r]'[J r] there.
+@dataclass(frozen=True)
+class Beside:
+    """A dense fit at x (f,) that what it lacks is scored beside: product (f + 1, f + 1): [J r]'[J r] there;
+    sets: its FRF sets about x.
     """
-    fit = Penalised(unknowns, price=0.0)
-    moving = fit.present(x)
-    sets = each_set(partial(about, unknowns=unknowns, x=x), fit.targets)
-    fitted = [n for n, m in enumerate(problem.measurements) if any(one.target is m.target for one in sets)]
+
+    fit: Penalised
+    x: Array
+    product: Array
+    sets: Sequence[About]
+
+    @classmethod
+    def of(cls, unknowns: Unknowns, x: Array, product: Array) -> Beside:
+        """Everything there."""
+        fit = Penalised(unknowns, price=0.0)
+        return cls(fit, x, product, each_set(partial(_about, unknowns=unknowns, x=x), fit.targets))
+
+    def projected(self, crossed: Array) -> tuple[Array, Array]:
+        """Of changes with J'd (f, k), and after them of the residual: J'[d r] of what is in the model, and
+        the same times the inverse of its information, both (held, k + 1).
+        """
+        held = np.flatnonzero(self.fit.present(self.x))
+        scale = max(self.product[-1, -1] / self.fit.count, 1.0)
+        information = self.product[np.ix_(held, held)]
+        information = information + scale * np.diag(self.fit.unknowns.precision[held])
+        own = np.column_stack([crossed[held], self.product[held, -1]])
+        return own, solved(information, own)
+
+    def gain(self, fall: float) -> float:
+        """What it gains that the squares fall, in units of log likelihood with a free scale."""
+        return gain_of(fall, self.product[-1, -1], self.fit.count)
+
+
+def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
+    """All that the catalogue has of such effects beside a dense fit of a problem, the best first, each
+    once.
+    """
+    sets, measured = beside.sets, problem.measurements
+    fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, model in _models(problem, _instances(problem)):
         shapes = [_shapes(model, number) for number in range(-len(some), 0)]
         systems = [model.measurements[n].system for n in fitted]
         parts = each(partial(_crossed, shapes=shapes), list(zip(sets, systems, strict=True)))
         crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
-        found += _best(some, shapes, model, (crossed, own, pull), fit, product, moving)
+        found += _best(some, shapes, model, (crossed, own, pull), beside)
     return sorted(found, key=lambda one: -one.gain)
 
 
@@ -80,8 +112,7 @@ class About:
     ends: tuple[Complex, Complex]
 
 
-def about(target: FrfTarget, unknowns: Unknowns, x: Array) -> About:
-    """A set about x (f,)."""
+def _about(target: FrfTarget, unknowns: Unknowns, x: Array) -> About:
     values, free = unknowns.to_values(x), unknowns.free
     there, own = target.at(values)
     response = there.response(own)
@@ -210,20 +241,13 @@ def _best(
     shapes: Sequence[_Shape],
     model: Problem,
     parts: tuple[Array, Array, Array],
-    fit: Penalised,
-    product: Array,
-    moving: Mask,
+    beside: Beside,
 ) -> list[Candidate]:
     """Each effect at the start that gains most, as much of it as there would be."""
-    (crossed, own, pull), unknowns = parts, fit.unknowns
-    squares, scale = product[-1, -1], max(product[-1, -1] / fit.count, 1.0)
-    held = np.flatnonzero(moving)
-    information = product[np.ix_(held, held)] + scale * np.diag(unknowns.precision[held])
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    scaled = information / np.outer(size, size) + 1e-9 * np.eye(len(size))
-    solved = np.linalg.solve(scaled, crossed[held] / size[:, None])
-    left = own - np.sum((crossed[held] / size[:, None]) * solved, axis=0)
-    slope = pull - (product[held, -1] / size) @ solved
+    crossed, own, pull = parts
+    told, solved_for = beside.projected(crossed)
+    left = own - np.sum(told[:, :-1] * solved_for[:, :-1], axis=0)
+    slope = pull - told[:, :-1].T @ solved_for[:, -1]
     found, first = list[Candidate](), 0
     for effect, shape in zip(some, shapes, strict=True):
         mine = slice(first, first + len(shape.starts))
@@ -235,7 +259,7 @@ def _best(
         names = [model.parameters[n].name for n in shape.numbers]
         start = dict(zip(names, (shape.starts[row] * amount[row]).tolist(), strict=True))
         if amount[row] > 0:
-            found.append(Candidate(effect, start, gain_of(fall[row], squares, fit.count)))
+            found.append(Candidate(effect, start, beside.gain(float(fall[row]))))
     return found
 
 

@@ -95,3 +95,10 @@ def eliminated(information: Array, own: Index, floor: float = 0.0) -> Array:
     covariance = np.linalg.inv(scaled)[np.ix_(own, own)]
     covariance = covariance / np.outer(size[own], size[own])
     return np.asarray(np.linalg.inv(covariance + floor**2 * np.eye(len(own))))
+
+
+def solved(information: Array, right: Array) -> Array:
+    """(f, k): the inverse of information (f, f) about unknowns of very different sizes times right (f, k)."""
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))[:, None]
+    scaled = information / (size * size.T) + 1e-9 * np.eye(len(size))
+    return np.asarray(np.linalg.solve(scaled, right / size) / size)

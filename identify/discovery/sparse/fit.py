@@ -28,18 +28,22 @@ _MORE = 12
 
 @dataclass(frozen=True)
 class Found:
-    """A dense fit: the study's problem and that with all effects, its unknowns, where it ended, its gap and
+    """A dense fit: the study's problem, the unknowns of that with all effects, where it ended, its gap and
     objective; effects: what it has beyond the study; product (f + 1, f + 1): [J r]'[J r] there.
     """
 
     study: Problem
-    problem: Problem
     unknowns: Unknowns
     effects: tuple[Effect, ...]
     x: Array
     gap: float
     objective: float
     product: Array
+
+    @property
+    def problem(self) -> Problem:
+        """With all effects."""
+        return self.unknowns.problem
 
     @property
     def values(self) -> dict[str, float]:
@@ -65,16 +69,14 @@ def dense_fit(
         x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
         if share < 1:
             x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS).x
-    return _settled(problem, unknowns, effects, x, Penalised(unknowns), _STEPS)
+    return _settled(problem, effects, x, Penalised(unknowns), _STEPS)
 
 
-def _settled(
-    study: Problem, unknowns: Unknowns, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int
-) -> Found:
+def _settled(study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int) -> Found:
     x = fit.minimise(Point(x), steps).x
     squares, local = fit.squares(x), fit.local(x)
     gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
-    return Found(study, unknowns.problem, unknowns, effects, x, gap, objective, local.product)
+    return Found(study, fit.unknowns, effects, x, gap, objective, local.product)
 
 
 def _usual(unknowns: Unknowns) -> Array:
@@ -91,7 +93,7 @@ def gone_on(found: Found, effects: tuple[Effect, ...], values: Mapping[str, floa
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = begun(found, effects, values)
     steps = _MORE if len(effects) > len(found.effects) else _STEPS
-    return _settled(found.study, unknowns, effects, x, Penalised(unknowns), steps)
+    return _settled(found.study, effects, x, Penalised(unknowns), steps)
 
 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
@@ -110,10 +112,8 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
     """The fit with these units only, no price on any of them."""
     effects = tuple(of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
-    model = with_more(found.study, effects)
-    unknowns = Unknowns(model, len(found.study.file.study.effects))
-    started = unknowns.to_x(np.array([found.values[p.name] for p in model.parameters]))
-    return _settled(found.study, unknowns, effects, started, Penalised(unknowns, price=0.0), _AGAIN)
+    unknowns, x = begun(found, effects, {})
+    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _AGAIN)
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from identify.core.arrays import Index
 from identify.core.thresholds import MATERIAL
 from identify.discovery.evidence import CLOSED
-from identify.discovery.sparse.evidence import Support, inflation, supports, weighed
+from identify.discovery.sparse.evidence import Support, inflation, solved, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect
 from identify.vibration.problem import Problem
@@ -77,15 +78,12 @@ def costs_of_dropping(found: Found, inflated: float, unseen: Unseen) -> dict[str
 
     def gap_without(gone: Index) -> float:
         rest = np.setdiff1d(np.arange(len(away)), gone)
-        size = np.sqrt(np.maximum(np.diag(known.information)[rest], 1e-300))
-        scaled = known.information[np.ix_(rest, rest)] / np.outer(size, size) + 1e-9 * np.eye(len(rest))
         pull = known.information[np.ix_(rest, gone)] @ away[gone]
         x = found.x.copy()
         x[gone] -= np.where(unknowns.log[gone], _NOTHING, away[gone])
-        x[rest] = np.clip(x[rest] + np.linalg.solve(scaled, pull / size) / size, lower[rest], upper[rest])
-        every = unknowns.to_values(x)
-        values = {p.name: float(v) for p, v in zip(unknowns.problem.parameters, every, strict=True)}
-        return unseen(found.study, found.effects, values)
+        moved = x[rest] + solved(known.information[np.ix_(rest, rest)], pull[:, None])[:, 0]
+        x[rest] = np.clip(moved, lower[rest], upper[rest])
+        return unseen(found.study, found.effects, replace(found, x=x).values)
 
     present = unseen(found.study, found.effects, found.values)
     return {unit.name: gap_without(unit.amplitudes) - present for unit in unknowns.units}

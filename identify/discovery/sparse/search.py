@@ -18,7 +18,7 @@ from identify.discovery.sparse.dense import (
     springs_and_bodies,
     springs_and_instruments,
 )
-from identify.discovery.sparse.dictionary import candidates, gain_of
+from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
 from identify.discovery.sparse.evidence import (
     Support,
     Weighed,
@@ -166,9 +166,10 @@ def _trials(found: Found) -> Iterator[Trial]:
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
         yield _foreseen(found, effects, values), effects, values
-    for gain, effects in moved_mounts(found.study, found.unknowns, found.effects, found.x, found.product):
+    beside = Beside.of(found.unknowns, found.x, found.product)
+    for gain, effects in moved_mounts(found.study, found.effects, beside):
         yield gain, effects, {}
-    for one in candidates(found.problem, found.unknowns, found.x, found.product)[:_TRIED]:
+    for one in candidates(found.problem, beside)[:_TRIED]:
         yield one.gain, (*found.effects, one.effect), one.values
 
 

@@ -16,7 +16,7 @@ import pytest
 from identify.core.threads import one_thread
 from identify.discovery.records import timed
 from identify.discovery.sparse.dense import with_more
-from identify.discovery.sparse.dictionary import candidates
+from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import Support
 from identify.discovery.sparse.fit import Found, dense_fit, refitted
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
@@ -86,7 +86,7 @@ def test_a_resonator_is_found_by_its_score_before_it_is_fitted(tmp_path: Path) -
     with one_thread():
         problem = problem_of(tmp_path, "absorber_l3", 4)
         found = dense_fit(problem, tuple(all_springs(problem, shrink=True)), usual=False)
-        best, *_ = candidates(found.problem, found.unknowns, found.x, found.product)
+        best, *_ = candidates(found.problem, Beside.of(found.unknowns, found.x, found.product))
     hidden = truth_of(tmp_path)
     assert (
         best.effect.sentence()
