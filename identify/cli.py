@@ -14,31 +14,22 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from identify.api.options import (
-    Argument,
     BatchOptions,
-    Columns,
     DeflectionOptions,
     DiscoverOptions,
     ExciteOptions,
     ExplainOptions,
     ExportCommandOptions,
     FitOptions,
-    Inertias,
-    Lock,
     MapCommandOptions,
     ModesOptions,
-    Names,
     PlanCommandOptions,
-    PointsOptions,
     Quiet,
     SimulateOptions,
     StabilityOptions,
-    Tip,
-    columns_of,
-    pairs_of,
     takes_options,
-    words_of,
 )
+from identify.api.robot_options import InitOptions, PointsOptions, RobotFile
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
 from identify.core.errors import (
     EXIT_BAD_INPUT,
@@ -48,7 +39,7 @@ from identify.core.errors import (
     InputError,
     InputErrors,
 )
-from identify.core.text import angles_of, typed
+from identify.core.text import typed
 from identify.core.version import VERSION
 
 if TYPE_CHECKING:
@@ -321,88 +312,30 @@ def check(
 
 
 @app.command()
+@takes_options
 def init(
-    robot: Annotated[
-        Path, typer.Argument(help="URDF, xacro or MJCF, or YAML with a Denavit-Hartenberg table")
-    ],
+    robot: RobotFile,
     data: Annotated[
         list[Path] | None,
         typer.Argument(help="measured FRFs or modal tables: files, or a folder or pattern for each posture"),
     ] = None,
-    out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml"),
-    points: Annotated[
-        Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
-    ] = None,
-    columns: Columns = None,
-    names: Names = None,
-    posture: Annotated[
-        str | None,
-        typer.Option(
-            help="joint angles of the first posture in degrees, 0,30,-60,0,45,0; with them, points that are"
-            " missing are found from the geometry in the data, if it is there"
-        ),
-    ] = None,
-    mass_kg: Annotated[
-        float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")
-    ] = None,
-    base_kg: Annotated[
-        float | None,
-        typer.Option(min=0, help="mass of its part that stands still; default: by its mesh, like the links"),
-    ] = None,
-    inertias: Annotated[
-        Inertias, typer.Option(help="of the file as far as it has them, or all made of the meshes")
-    ] = Inertias.file,
-    motor: Annotated[
-        list[str] | None,
-        typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
-    ] = None,
-    tip: Tip = None,
-    lock: Lock = None,
-    argument: Argument = None,
+    *,
+    options: InitOptions,
 ) -> None:
     """Write a commented starter config for a robot and its data.
 
     With a mass, links without a body get one of their meshes, in a URDF beside the config.
     """
     from identify.api import commands as api
-    from identify.measured.frf_records import FrfFileOptions
-    from identify.measured.uff.geometry import has_geometry
-    from identify.reports.points.said import sentences
-    from identify.robot.chain import Choice
-    from identify.robot.mesh_body import Wanted
-    from identify.vibration.starter import write_starter
-    from identify.vibration.starter_robot import Told
 
-    there = points or robot.parent / "points.csv"
-    if posture is not None and data and not there.exists() and has_geometry(data[0]):
-        try:
-            placing, files = api.run_points(
-                robot, data[:1], PointsOptions(posture, tip, lock, argument, out=there)
-            )
-        except InputError as error:
-            typer.echo(f"note: the geometry of the test could not be laid on the robot: {error}")
-        else:
-            typer.echo("\n".join(sentences(placing)))
-            _say_written(files)
-    told = FrfFileOptions(columns=columns_of(columns), names=names)
-    motors, held = pairs_of(motor, "--motor"), pairs_of(lock, "--lock")
-    wanted = Wanted(mass_kg, base_kg, motors, inertias is Inertias.meshes)
-    of_robot = Told(Choice(tip, held), words_of(argument, "--argument"), wanted)
-    angles = angles_of(posture, "--posture")
-    written = write_starter(robot, data or [], out, points, told, of_robot, angles)
-    typer.echo(
-        "\n".join(
-            [f"wrote {written.config}", *written.to_do, f"next: identify check {typed([written.config])}"]
-        )
-    )
+    for line in api.run_init(robot, data or [], options):
+        typer.echo(line)
 
 
 @app.command()
 @takes_options
 def points(
-    robot: Annotated[
-        Path, typer.Argument(help="URDF, xacro or MJCF, or YAML with a Denavit-Hartenberg table")
-    ],
+    robot: RobotFile,
     data: Annotated[
         list[Path] | None,
         typer.Argument(help="measured FRFs, or a universal file with the geometry of the test"),

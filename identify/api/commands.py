@@ -6,7 +6,7 @@ Every function writes its result file, as the command does, and returns a `Resul
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,17 +21,16 @@ from identify.api.options import (
     MapCommandOptions,
     ModesOptions,
     PlanCommandOptions,
-    PointsOptions,
     SimulateOptions,
     StabilityOptions,
+    columns_of,
     given,
-    pairs_of,
-    words_of,
 )
+from identify.api.robot_options import Inertias, InitOptions, PointsOptions, pairs_of, words_of
 from identify.core.analyses import analysis_for, check_options, load
 from identify.core.config import family_of
 from identify.core.errors import InputError
-from identify.core.text import angles_of
+from identify.core.text import angles_of, typed
 from identify.reports.outcome import Result, read_result
 
 if TYPE_CHECKING:
@@ -395,6 +394,44 @@ def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tup
         words_of(options.argument, "--argument"),
     )
     return write_points(robot, data, asked, options.out, options.page, options.quiet)
+
+
+def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterator[str]:
+    """What `identify init` does, and what it says of it on the way."""
+    from identify.measured.frf_records import FrfFileOptions
+    from identify.robot.chain import Choice
+    from identify.robot.mesh_body import Wanted
+    from identify.vibration.starter import write_starter
+    from identify.vibration.starter_robot import Told
+
+    yield from _points_found(robot, data, options)
+    files = FrfFileOptions(columns=columns_of(options.columns), names=options.names)
+    motors, held = pairs_of(options.motor, "--motor"), pairs_of(options.lock, "--lock")
+    wanted = Wanted(options.mass_kg, options.base_kg, motors, options.inertias is Inertias.meshes)
+    told = Told(Choice(options.tip, held), words_of(options.argument, "--argument"), wanted)
+    angles = angles_of(options.posture, "--posture")
+    written = write_starter(robot, list(data), options.out, options.points, files, told, angles)
+    yield f"wrote {written.config}"
+    yield from written.to_do
+    yield f"next: identify check {typed([written.config])}"
+
+
+def _points_found(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterator[str]:
+    """Points that are missing, from the geometry in the data at a posture that is told."""
+    from identify.measured.uff.geometry import has_geometry
+    from identify.reports.points.said import sentences
+
+    there = options.points or robot.parent / "points.csv"
+    if options.posture is None or not data or there.exists() or not has_geometry(data[0]):
+        return
+    wanted = PointsOptions(options.posture, options.tip, options.lock, options.argument, out=there)
+    try:
+        placing, files = run_points(robot, data[:1], wanted)
+    except InputError as error:
+        yield f"note: the geometry of the test could not be laid on the robot: {error}"
+    else:
+        yield from sentences(placing)
+        yield from (f"wrote {path}" for path in files)
 
 
 def _model(model: _Path | Result) -> Path:

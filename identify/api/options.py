@@ -6,9 +6,8 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
@@ -145,39 +144,6 @@ def _variable(text: str) -> tuple[str, str]:
 def columns_of(text: str | None) -> list[str] | None:
     """Names of columns that stand between commas."""
     return None if text is None else [name.strip() for name in text.split(",")]
-
-
-class Inertias(Enum):
-    """Where the bodies of a new study come from."""
-
-    file = "file"
-    meshes = "meshes"
-
-
-def words_of(texts: Iterable[str] | None, where: str) -> dict[str, str]:
-    """Values by name, from texts `name=value`."""
-    found = {}
-    for text in texts or ():
-        name, _, value = text.partition("=")
-        if not (name.strip() and value.strip()):
-            raise InputError(where, repr(text), "a name and a value, such as name=value")
-        if name.strip() in found:
-            raise InputError(where, f"{name.strip()!r} twice", "each name once")
-        found[name.strip()] = value.strip()
-    return found
-
-
-def pairs_of(texts: Iterable[str] | None, where: str) -> dict[str, float]:
-    """Numbers by name, from texts `name=number`."""
-    found = {}
-    for name, value in words_of(texts, where).items():
-        try:
-            found[name] = float(value)
-        except ValueError:
-            found[name] = float("nan")
-        if not abs(found[name]) < float("inf"):
-            raise InputError(where, repr(f"{name}={value}"), "a name and a number, such as name=1.2")
-    return found
 
 
 def _added_mass(text: str) -> tuple[int, float]:
@@ -544,48 +510,6 @@ def given(options: Any) -> dict[str, Any]:
         for name, value in values.items()
         if value != defaults[name] or type(value) is not type(defaults[name])
     }
-
-
-Tip = Annotated[str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")]
-Lock = Annotated[
-    list[str] | None,
-    typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
-]
-Argument = Annotated[
-    list[str] | None,
-    typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
-]
-
-
-@dataclass(frozen=True)
-class PointsOptions:
-    """Of `identify points`."""
-
-    posture: Annotated[
-        str | None,
-        typer.Option(help="joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0"),
-    ] = None
-    tip: Tip = None
-    lock: Lock = None
-    argument: Argument = None
-    pairs: Annotated[
-        Path | None,
-        typer.Option(help="CSV of points: some nodes, three if need be, whose place is roughly known"),
-    ] = None
-    pair_error: Annotated[float, typer.Option(min=0.001, help="of each coordinate of these, m")] = 0.03
-    angle_error: Annotated[
-        float, typer.Option(min=0.01, help="of each joint angle, degrees (one standard deviation)")
-    ] = 3.0
-    length_unit: Annotated[
-        str | None, typer.Option(help="of a geometry that does not say it: m, mm, cm, in, ft")
-    ] = None
-    out: Annotated[Path, typer.Option(help="CSV of points to write, where the files have a geometry")] = Path(
-        "points.csv"
-    )
-    page: Annotated[
-        Path | None, typer.Option(help="page to write; default: beside the points, with the suffix .html")
-    ] = None
-    quiet: Quiet = False
 
 
 def takes_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -1,0 +1,127 @@
+"""Options about robots: which part of which description is the arm, its bodies, and where nodes are on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from identify.api.options import Columns, Names, Quiet
+from identify.core.errors import InputError
+
+RobotFile = Annotated[
+    Path, typer.Argument(help="URDF, xacro or MJCF, or YAML with a Denavit-Hartenberg table")
+]
+Tip = Annotated[str | None, typer.Option(help="link at the end of the arm; default: of the longest chain")]
+Lock = Annotated[
+    list[str] | None,
+    typer.Option(help="a joint that is held, such as rail=1.2 (rad or m); may be repeated"),
+]
+Argument = Annotated[
+    list[str] | None,
+    typer.Option(help="an argument of a xacro, such as ur_type=ur10e; may be repeated"),
+]
+
+
+class Inertias(Enum):
+    """Where the bodies of a new study come from."""
+
+    file = "file"
+    meshes = "meshes"
+
+
+def words_of(texts: Iterable[str] | None, where: str) -> dict[str, str]:
+    """Values by name, from texts `name=value`."""
+    found = {}
+    for text in texts or ():
+        name, _, value = text.partition("=")
+        if not (name.strip() and value.strip()):
+            raise InputError(where, repr(text), "a name and a value, such as name=value")
+        if name.strip() in found:
+            raise InputError(where, f"{name.strip()!r} twice", "each name once")
+        found[name.strip()] = value.strip()
+    return found
+
+
+def pairs_of(texts: Iterable[str] | None, where: str) -> dict[str, float]:
+    """Numbers by name, from texts `name=number`."""
+    found = {}
+    for name, value in words_of(texts, where).items():
+        try:
+            found[name] = float(value)
+        except ValueError:
+            found[name] = float("nan")
+        if not abs(found[name]) < float("inf"):
+            raise InputError(where, repr(f"{name}={value}"), "a name and a number, such as name=1.2")
+    return found
+
+
+@dataclass(frozen=True)
+class InitOptions:
+    """Of `identify init`."""
+
+    out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml")
+    points: Annotated[
+        Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
+    ] = None
+    columns: Columns = None
+    names: Names = None
+    posture: Annotated[
+        str | None,
+        typer.Option(
+            help="joint angles of the first posture in degrees, 0,30,-60,0,45,0; with them, points that are"
+            " missing are found from the geometry in the data, if it is there"
+        ),
+    ] = None
+    mass_kg: Annotated[
+        float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")
+    ] = None
+    base_kg: Annotated[
+        float | None,
+        typer.Option(min=0, help="mass of its part that stands still; default: by its mesh, like the links"),
+    ] = None
+    inertias: Annotated[
+        Inertias, typer.Option(help="of the file as far as it has them, or all made of the meshes")
+    ] = Inertias.file
+    motor: Annotated[
+        list[str] | None,
+        typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
+    ] = None
+    tip: Tip = None
+    lock: Lock = None
+    argument: Argument = None
+
+
+@dataclass(frozen=True)
+class PointsOptions:
+    """Of `identify points`."""
+
+    posture: Annotated[
+        str | None,
+        typer.Option(help="joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0"),
+    ] = None
+    tip: Tip = None
+    lock: Lock = None
+    argument: Argument = None
+    pairs: Annotated[
+        Path | None,
+        typer.Option(help="CSV of points: some nodes, three if need be, whose place is roughly known"),
+    ] = None
+    pair_error: Annotated[float, typer.Option(min=0.001, help="of each coordinate of these, m")] = 0.03
+    angle_error: Annotated[
+        float, typer.Option(min=0.01, help="of each joint angle, degrees (one standard deviation)")
+    ] = 3.0
+    length_unit: Annotated[
+        str | None, typer.Option(help="of a geometry that does not say it: m, mm, cm, in, ft")
+    ] = None
+    out: Annotated[Path, typer.Option(help="CSV of points to write, where the files have a geometry")] = Path(
+        "points.csv"
+    )
+    page: Annotated[
+        Path | None, typer.Option(help="page to write; default: beside the points, with the suffix .html")
+    ] = None
+    quiet: Quiet = False
