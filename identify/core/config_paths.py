@@ -9,6 +9,8 @@ from collections.abc import MutableMapping
 from pathlib import Path
 from typing import Any
 
+from identify.core.yaml_input import YAML_SUFFIXES
+
 _MEASURED = ("file", "modes", "shapes")
 
 
@@ -32,3 +34,8 @@ def relocate_measurement(one: MutableMapping[str, Any], old: Path, new: Path) ->
     for key in ("file", "repeats"):
         if isinstance(one.get(key), list):
             one[key] = [relocated(str(file), old, new) for file in one[key]]
+
+
+def robot_key(file: Path) -> str:
+    """The key of `robot:` that names a file: `dh` for a table in YAML, else `urdf`."""
+    return "dh" if file.suffix in YAML_SUFFIXES else "urdf"

@@ -138,6 +138,12 @@ def _bridged(residual: Array, used: Mask) -> Array:
     return np.interp(samples, samples[used], residual[used])
 
 
+def column_sizes(columns: Array) -> Array:
+    """(p,): Euclidean lengths of columns (n, p), 1 of one that is nothing."""
+    size = np.sqrt((columns**2).sum(axis=0))
+    return np.where(size > 0, size, 1.0)
+
+
 def covariance(
     jacobian: Array,
     residual: Array,
@@ -157,7 +163,7 @@ def covariance(
     probes = jacobian if instruments is None else instruments
     scores = np.einsum("naj,na->nj", np.where(used[:, :, None], probes, 0.0), np.where(used, residual, 0.0))
     flat, probed = jacobian[used], probes[used]
-    scale, own = (np.where((size := np.sqrt((of**2).sum(axis=0))) > 0, size, 1.0) for of in (flat, probed))
+    scale, own = column_sizes(flat), column_sizes(probed)
     prior = np.zeros(len(scale)) if expected is None else expected / scale
     bread = np.linalg.pinv((probed / own).T @ (flat / scale) + np.diag(prior**2), rcond=1e-10)
     spans = [

@@ -137,7 +137,7 @@ def deflection_problem(motion: ConditionedMotion, scene: RecordedMotion, known: 
         link = np.where(np.isfinite(link), scene.links.read_late, np.nan)
     bent = of_drives(motion.position - link, known.coupling)
     left = _finite(bent[:, rows], known.joints, motion, "link_position")
-    slow, moving = _slow_part(motion, scene), _moving(motion, scene)
+    slow, moving = slow_part_of(motion, scene), _moving(motion, scene)
     return RegressionProblem(motion.name, scene, left, moving, datum="constant", slow_part=slow)
 
 
@@ -185,7 +185,7 @@ def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     return replace(problem, target=target, searched={})
 
 
-def _slow_part(motion: ConditionedMotion, scene: RecordedMotion) -> Callable[[Array], Array] | None:
+def slow_part_of(motion: ConditionedMotion, scene: RecordedMotion) -> Callable[[Array], Array] | None:
     """What counts where loads are those of links: a gear that is bent by accelerations is bent by those above
     the low-pass too, of which nothing is known.
     """

@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 
 from identify.core.arrays import Array, Index, Mask
+from identify.core.correlated import column_sizes
 from identify.core.latest import Latest
 from identify.explain.effects.base import MotionEffect
 from identify.explain.recorded_motion import RecordedMotion
@@ -269,7 +270,7 @@ def solve(
     other = None if plain else instruments(problem, effects, nonlinear)
     probes = rows if other is None else _weighted(other, weight)
     products, pull = probes.T @ rows, probes.T @ (problem.wanted * weight).ravel()
-    scale, own = (np.where((size := np.sqrt((of**2).sum(axis=0))) > 0, size, 1.0) for of in (rows, probes))
+    scale, own = column_sizes(rows), column_sizes(probes)
     prior = expected_size(problem, effects) / scale
     matrix = products / np.outer(own, scale) + np.diag(prior**2)
     coefficients = np.linalg.pinv(matrix, rcond=RANK, hermitian=other is None) @ (pull / own) / scale

@@ -11,7 +11,7 @@ from identify.core.arrays import Array
 from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect
 from identify.explain.loop import grow
-from identify.explain.problem import Known, deflection_problem, scene_of
+from identify.explain.problem import Known, deflection_problem, scene_of, slow_part_of
 from identify.explain.recorded_motion import RecordedMotion
 from identify.explain.regression import Fit, RegressionProblem
 from identify.explain.study import ExplainStudy
@@ -138,11 +138,10 @@ def _springs_alone(
     side = "motors" if links is None else "links"
     label = f"load by the {side}, late by {0 if links is None else links.latency.tolist()}"
     tried = [one for one in candidates("deflection", scenes[0], study.effects) if one.kind in _FIRST]
-    same = motions.problems(deflection_problem, counted, known)
     pair = motions.problems(deflection_problem, scenes, known)
     pair = Problems(
-        replace(pair.fitted, slow_part=same.fitted.slow_part),
-        replace(pair.judge, slow_part=same.judge.slow_part),
+        replace(pair.fitted, slow_part=slow_part_of(motions.fitted, counted[0])),
+        replace(pair.judge, slow_part=slow_part_of(motions.judge, counted[1])),
     )
     fit, _ = grow(tools.bench(pair, tried, label), story_of(story, f"load by the {side}"))
     latency = np.zeros(len(known.gear_ratio))

@@ -6,12 +6,10 @@ takes and other readers skip.  Only springs of single coordinates can be said, a
 
 from __future__ import annotations
 
-import warnings
 from typing import ClassVar
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from identify.core import atomic
 from identify.core.arrays import Array
@@ -20,7 +18,9 @@ from identify.export.base import Exported, Format, Job
 from identify.export.linear import LinearModel
 from identify.export.springs import JointSprings, joint_springs, moved_body
 from identify.robot.description import Link, Robot
+from identify.robot.pose import roll_pitch_yaw
 from identify.robot.posture import AXES, z_to
+from identify.robot.urdf_elements import MOMENTS
 
 _WEIGHTLESS = 1e-6
 """Mass, kg, and inertia, kg m^2, of links between elastic joints: readers refuse those without any."""
@@ -121,8 +121,7 @@ def _link(root: ET.Element, link: Link) -> None:
     inertial = ET.SubElement(node, "inertial")
     ET.SubElement(inertial, "origin", xyz=_numbers(link.centre), rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=repr(float(link.mass)))
-    pairs = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
-    ET.SubElement(inertial, "inertia", {key: repr(float(link.inertia[at])) for key, at in pairs.items()})
+    ET.SubElement(inertial, "inertia", {key: repr(float(link.inertia[at])) for key, at in MOMENTS.items()})
 
 
 def _joint(
@@ -135,10 +134,7 @@ def _joint(
     axis: Array | None = None,
 ) -> ET.Element:
     node = ET.SubElement(root, "joint", name=name, type=kind)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of two angles about one axis, scipy puts all into the first
-        angles = Rotation.from_matrix(pose[:3, :3]).as_euler("xyz")
-    ET.SubElement(node, "origin", xyz=_numbers(pose[:3, 3]), rpy=_numbers(angles))
+    ET.SubElement(node, "origin", xyz=_numbers(pose[:3, 3]), rpy=_numbers(roll_pitch_yaw(pose)))
     ET.SubElement(node, "parent", link=parent)
     ET.SubElement(node, "child", link=child)
     if axis is not None:

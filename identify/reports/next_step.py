@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from identify.core.config_paths import robot_key
 from identify.core.thresholds import MISSING
-from identify.core.yaml_input import YAML_SUFFIXES
 from identify.reports.outcome import Result
 from identify.results.motion import MotionResult
 
@@ -45,15 +45,11 @@ def _with_files(found: Result) -> list[str]:
             f"a study takes these modes with `modes: {path}` in one of its measurements" for path in tables
         ]
     if data.KIND == "joints":
-        return [f"a study takes these bodies with `robot: {{{_key(path)}: {path}}}`" for path in beside]
+        return [f"a study takes these bodies with `robot: {{{robot_key(path)}: {path}}}`" for path in beside]
     if data.KIND == "excitation" and beside:
         curve = data.target if data.target == "transmission-error" else "base-parameters or rigid-bodies"
         return [f"run {beside[0]}, record it, and fit a study of joints with the curve {curve}"]
     return []
-
-
-def _key(robot: Path) -> str:
-    return "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
 
 
 def _after_fit(found: Result, config: Path | None) -> list[str]:

@@ -18,7 +18,8 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.hdf5_tree import Refused
 from identify.core.tree import Group
-from identify.robot.pose import inverse
+from identify.robot.pose import inverse, roll_pitch_yaw
+from identify.robot.urdf_elements import MOMENTS
 
 _KINDS = {
     int(mujoco.mjtJoint.mjJNT_HINGE): "revolute",
@@ -153,15 +154,7 @@ class _Writer:
             turn = _pose(np.zeros(3), model.body_iquat[body])[:3, :3]
             tensor = turn @ np.diag(model.body_inertia[body]) @ turn.T
             ET.SubElement(inertial, "mass", value=repr(float(model.body_mass[body])))
-            places = {
-                "ixx": (0, 0),
-                "ixy": (0, 1),
-                "ixz": (0, 2),
-                "iyy": (1, 1),
-                "iyz": (1, 2),
-                "izz": (2, 2),
-            }
-            ET.SubElement(inertial, "inertia", {k: repr(float(tensor[at])) for k, at in places.items()})
+            ET.SubElement(inertial, "inertia", {k: repr(float(tensor[at])) for k, at in MOMENTS.items()})
         for geom in range(int(model.body_geomadr[body]), self._last(body)):
             self._geom(link, body, geom)
 
@@ -221,14 +214,7 @@ def _joint(root: ET.Element, name: str, kind: str, parent: str, child: str, pose
 
 
 def _origin(element: ET.Element, pose: Array) -> None:
-    """Shift, and roll, pitch and yaw, of a pose (4, 4)."""
-    turn = pose[:3, :3]
-    pitch = float(np.arctan2(-turn[2, 0], np.hypot(turn[0, 0], turn[1, 0])))
-    if np.hypot(turn[0, 0], turn[1, 0]) > 1e-9:
-        roll, yaw = np.arctan2(turn[2, 1], turn[2, 2]), np.arctan2(turn[1, 0], turn[0, 0])
-    else:
-        roll, yaw = np.arctan2(-turn[1, 2], turn[1, 1]), 0.0
-    ET.SubElement(element, "origin", xyz=_text(pose[:3, 3]), rpy=_text(np.array([roll, pitch, yaw])))
+    ET.SubElement(element, "origin", xyz=_text(pose[:3, 3]), rpy=_text(roll_pitch_yaw(pose)))
 
 
 def _text(values: Array) -> str:

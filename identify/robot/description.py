@@ -90,6 +90,12 @@ class Robot:
             f"a number from 1 to {len(names)} or one of " + ", ".join(names),
         )
 
+    def carrier(self, name: str) -> tuple[str, Array]:
+        """The link that carries the frame of that name, and the pose (4, 4) of the frame there; of another
+        name itself, as it is.
+        """
+        return self.frames.get(name, (name, np.eye(4)))
+
     def stretched(self, first: int = 0) -> float:
         """How far it is from joint to joint, all in one line, m; first: number of the joint, from 0, whose
         offset from the one before it is the first that counts.

@@ -26,6 +26,18 @@ class Mesh:
     vertices: Array
     triangles: NDArray[np.int_]
 
+    @property
+    def corners(self) -> tuple[Array, Array, Array]:
+        """Of all triangles, each (t, 3)."""
+        a, b, c = (self.vertices[self.triangles[:, corner]] for corner in range(3))
+        return a, b, c
+
+    @property
+    def areas(self) -> Array:
+        """Of all triangles (t,), m^2."""
+        a, b, c = self.corners
+        return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
+
     def placed(self, pose: Array) -> Mesh:
         """The mesh in another frame, where its own has the pose (4, 4)."""
         return Mesh(self.vertices @ pose[:3, :3].T + pose[:3, 3], self.triangles)

@@ -18,8 +18,8 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.text import listed
 from identify.robot.description import Link, Robot, inertia_fault, merge
-from identify.robot.mesh import Mesh, joined
-from identify.robot.visual import readable
+from identify.robot.mesh import Mesh
+from identify.robot.visual import by_link, readable
 
 _LEAST_FILLED, _MOST_FILLED = 0.05, 1.02
 """Volume that a closed surface holds, over that of its convex hull: beyond, the surface is open or turned
@@ -79,7 +79,7 @@ class Shape:
 
 def volume(mesh: Mesh) -> Moments:
     """Of what a closed surface encloses, by tetrahedra from the origin; whichever way it is turned."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
+    a, b, c = mesh.corners
     each = np.einsum("ti,ti->t", a, np.cross(b, c)) / 6
     each = each if each.sum() >= 0 else -each
     first, second = _sums(each, (a, b, c), 1 / 4, 1 / 20)
@@ -88,9 +88,8 @@ def volume(mesh: Mesh) -> Moments:
 
 def surface(mesh: Mesh) -> Moments:
     """Of a surface of even thickness."""
-    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
-    each = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2
-    first, second = _sums(each, (a, b, c), 1 / 3, 1 / 12)
+    each = mesh.areas
+    first, second = _sums(each, mesh.corners, 1 / 3, 1 / 12)
     return Moments.of(max(float(each.sum()), np.finfo(float).tiny), first, second)
 
 
@@ -117,11 +116,8 @@ def _hull(mesh: Mesh) -> Mesh:
 
 def shapes(robot: Robot) -> dict[str, Shape]:
     """Of each link whose mesh, or that of what is fixed to it, can be read."""
-    parts: dict[str, list[Mesh]] = {}
-    for name, mesh in readable(robot).meshes.items():
-        carrier, pose = robot.frames.get(name, (name, np.eye(4)))
-        parts.setdefault(carrier, []).append(mesh.placed(pose))
-    return {link.name: Shape(joined(parts[link.name])) for link in robot.links if link.name in parts}
+    meshes = zip(robot.links, by_link(robot, readable(robot).meshes), strict=True)
+    return {link.name: Shape(mesh) for link, mesh in meshes if mesh is not None}
 
 
 @dataclass(frozen=True)

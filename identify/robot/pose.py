@@ -22,6 +22,15 @@ def pose(xyz: ArrayLike, rpy: ArrayLike = (0.0, 0.0, 0.0)) -> Array:
     return result
 
 
+def roll_pitch_yaw(of: Array) -> Array:
+    """(3,), rad, of a pose (4, 4); of two angles about one axis all is roll."""
+    turn, level = of[:3, :3], float(np.hypot(of[0, 0], of[1, 0]))
+    pitch = np.arctan2(-turn[2, 0], level)
+    if level > 1e-9:
+        return np.array([np.arctan2(turn[2, 1], turn[2, 2]), pitch, np.arctan2(turn[1, 0], turn[0, 0])])
+    return np.array([np.arctan2(-turn[1, 2], turn[1, 1]), pitch, 0.0])
+
+
 def turned(vector: ArrayLike) -> Array:
     """(4, 4) that turns about the direction of `vector` (3,) by its length, rad (Rodrigues' formula)."""
     x, y, z = np.asarray(vector, dtype=float)

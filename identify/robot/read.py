@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from identify.core.config_paths import robot_key
 from identify.robot.chain import Choice
 from identify.robot.description import Link, Robot
 from identify.robot.dh import read_dh
 from identify.robot.pose import pose, seen_from
 from identify.robot.settings import RobotSettings
 from identify.robot.urdf import GRAVITY, read_urdf
+
+
+def settings_of(file: Path, choice: Choice, arguments: Mapping[str, str]) -> RobotSettings:
+    """Settings of a robot that a file describes; arguments: of a xacro."""
+    said = {"tip": choice.tip, "lock": dict(choice.lock), "arguments": dict(arguments)}
+    given = {name: value for name, value in said.items() if value}
+    return RobotSettings.model_validate({robot_key(file): file.resolve(), **given})
 
 
 def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = False) -> Robot:
@@ -33,7 +42,7 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        carrier, at = robot.frames.get(payload.link, (payload.link, np.eye(4)))
+        carrier, at = robot.carrier(payload.link)
         body = seen_from(Link("payload", payload.mass_kg, np.array(payload.centre_m), inertia), at)
         where = f"robot.payload.{number}.link"
         robot = robot.with_payload(carrier, body.mass, body.centre, body.inertia, where)

@@ -22,9 +22,9 @@ from identify.robot.description import Link, Robot
 from identify.robot.pseudo_inertia import tidied
 from identify.robot.settings import RobotSettings
 from identify.robot.source import read_source
+from identify.robot.urdf_elements import MOMENTS
 from identify.robot.visual import mesh_place
 
-_MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
 _NOWHERE: Mapping[str, Array] = {}
 
 
@@ -70,7 +70,7 @@ def _inertial(body: Link, indentation: str) -> str:
     element = ElementTree.Element("inertial")
     ElementTree.SubElement(element, "origin", xyz=_words(body.centre), rpy="0 0 0")
     ElementTree.SubElement(element, "mass", value=f"{body.mass:.9g}")
-    moments = {name: f"{body.inertia[place]:.9g}" for name, place in _MOMENTS.items()}
+    moments = {name: f"{body.inertia[place]:.9g}" for name, place in MOMENTS.items()}
     ElementTree.SubElement(element, "inertia", moments)
     ElementTree.indent(element)
     return ElementTree.tostring(element, encoding="unicode").replace("\n", f"\n{indentation}")

@@ -13,7 +13,7 @@ from identify.core.xml_input import Markup, parse_markup, parse_xml, read_xml_by
 from identify.robot.urdf_elements import UrdfDocument
 
 EXPECTED = "a URDF, xacro or MJCF file"
-_NONE: Mapping[str, str] = {}
+NO_ARGUMENTS: Mapping[str, str] = {}
 _XACRO = ("identify.robot.expand_xacro:expanded", "expanded")
 _MJCF = ("identify.robot.convert_mjcf:converted", "as URDF")
 
@@ -44,7 +44,7 @@ class Source:
         return self.content.decode("utf-8-sig", errors="replace")
 
 
-def read_source(path: Path, arguments: Mapping[str, str] = _NONE) -> Source:
+def read_source(path: Path, arguments: Mapping[str, str] = NO_ARGUMENTS) -> Source:
     """The URDF of a file; arguments: of a xacro.
 
     InputError, in the words of what expands or converts it, for what cannot be.

@@ -21,7 +21,7 @@ from identify.core.errors import InputError
 from identify.robot.chain import Choice, one_chain
 from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
-from identify.robot.source import read_source
+from identify.robot.source import NO_ARGUMENTS, read_source
 from identify.robot.units import SI, RobotUnits
 from identify.robot.urdf_elements import UrdfJoint, UrdfLink, joints, links
 from identify.robot.visual import visuals
@@ -29,7 +29,6 @@ from identify.robot.visual import visuals
 Frames = dict[str, tuple[str, Array]]
 Outgoing = dict[str, list[UrdfJoint]]
 WHOLE = Choice()
-NO_ARGUMENTS: Mapping[str, str] = {}
 GRAVITY = (0.0, 0.0, -9.81)
 """m/s^2, in the axes of the root link."""
 

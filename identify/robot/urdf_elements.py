@@ -18,6 +18,8 @@ from identify.robot.description import Link
 from identify.robot.pose import pose, seen_from
 
 MOVING = ("revolute", "continuous")
+MOMENTS = {"ixx": (0, 0), "ixy": (0, 1), "ixz": (0, 2), "iyy": (1, 1), "iyz": (1, 2), "izz": (2, 2)}
+"""Where an inertia has what <inertia> says."""
 HELD = ("fixed", "prismatic", "floating", "planar")
 """Kinds of joints that turn, and that are held where they are."""
 

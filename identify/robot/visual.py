@@ -8,7 +8,7 @@ something is drawn.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -82,6 +82,18 @@ def readable(robot: Robot) -> Readable:
         else:
             faults.append((one.link, fault))
     return Readable(meshes, tuple(faults))
+
+
+def by_link(robot: Robot, meshes: Mapping[str, Mesh]) -> list[Mesh | None]:
+    """What each link looks like with everything that is fixed to it, in its frame, by meshes of links and
+    frames; None for nothing.
+    """
+    own: dict[str, list[Mesh]] = {link.name: [] for link in robot.links}
+    for name, mesh in meshes.items():
+        link, pose = robot.carrier(name)
+        if link in own:
+            own[link].append(mesh.placed(pose))
+    return [joined(own[link.name]) if own[link.name] else None for link in robot.links]
 
 
 def _mesh(surfaces: tuple[Surface, ...], reach_m: float) -> Mesh:

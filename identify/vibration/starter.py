@@ -12,6 +12,7 @@ import jinja2
 import numpy as np
 
 from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.config_paths import robot_key
 from identify.core.errors import InputError
 from identify.core.text import count, listed, typed
 from identify.core.yaml_input import YAML_SUFFIXES
@@ -101,7 +102,6 @@ def write_starter(
     """
     if out.exists():
         raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
-    key = "dh" if robot.suffix in YAML_SUFFIXES else "urdf"
     folder = out.resolve().parent
     of_robot = told_of_robot or Told()
     new = new_robot(robot, folder, of_robot)
@@ -118,7 +118,7 @@ def write_starter(
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
         name=out.stem if out.stem != "config" else _name(robot),
-        robot_key=key,
+        robot_key=robot_key(robot),
         robot=relative(new.file, folder),
         robot_keys=new.keys,
         from_ground=_from_ground(described),

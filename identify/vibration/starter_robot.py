@@ -7,21 +7,19 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
-from identify.core.yaml_input import YAML_SUFFIXES
 from identify.robot.chain import Choice
 from identify.robot.description import Robot
 from identify.robot.mesh_body import Wanted, made_bodies, unknown
 from identify.robot.plausible import masses
-from identify.robot.read import read_robot
+from identify.robot.read import read_robot, settings_of
 from identify.robot.rewrite import with_bodies
 from identify.robot.settings import RobotSettings
 from identify.robot.urdf import read_urdf
@@ -67,24 +65,21 @@ def new_robot(file: Path, folder: Path, told: Told) -> NewRobot:
     Where bodies are made, a URDF with them is written there.  InputError for a file that cannot be read, and
     where bodies are missing that cannot be made.
     """
-    key = "dh" if file.suffix in YAML_SUFFIXES else "urdf"
-    named = {"tip": told.choice.tip, "lock": dict(told.choice.lock), "arguments": dict(told.arguments)}
-    given = {name: value for name, value in named.items() if value}
-    settings = RobotSettings.model_validate({key: file.resolve(), **given})
-    if key == "dh":
-        return _read(settings, file, given, told)
+    settings = settings_of(file, told.choice, told.arguments)
+    if settings.dh is not None:
+        return _read(settings, file, told)
     whole = read_urdf(file, any_bodies=True, choice=told.choice, arguments=told.arguments)
     names = unknown(whole, told.wanted.everything)
     if not names:
-        return _read(settings, file, given, told)
+        return _read(settings, file, told)
     if told.wanted.mass_kg is None and any(whole.link(name).mass == 0 for name in names):
         why = "; ".join(whole.notes)
         found = f"no mass or inertia of {listed(names)}" + (f" ({why})" if why else "")
         raise InputError(file.name, found, "bodies of all moving links", _HOW)
-    return _made(settings, file, folder, whole, names, given, told)
+    return _made(settings, file, folder, whole, names, told)
 
 
-def _read(settings: RobotSettings, file: Path, given: dict[str, Any], told: Told) -> NewRobot:
+def _read(settings: RobotSettings, file: Path, told: Told) -> NewRobot:
     """As it is; InputError for what is told of bodies that are not made."""
     for option, value in (("--motor", told.wanted.motors), ("--base-kg", told.wanted.base_kg)):
         if value:
@@ -95,7 +90,7 @@ def _read(settings: RobotSettings, file: Path, given: dict[str, Any], told: Told
     sheet = "" if told.wanted.mass_kg is not None else ": compare its data sheet"
     doubts = [f"{one}; `--inertias meshes` makes bodies of the meshes" for one in found.doubts]
     said = (*robot.notes, found.sentence + sheet, *doubts)
-    return NewRobot(robot, file, _keys(given, told), "", said)
+    return NewRobot(robot, file, _keys(told), "", said)
 
 
 def _made(
@@ -104,7 +99,6 @@ def _made(
     folder: Path,
     whole: Robot,
     names: list[str],
-    given: dict[str, Any],
     told: Told,
 ) -> NewRobot:
     """With bodies out of meshes, in a file of its own."""
@@ -114,13 +108,12 @@ def _made(
         fix = "choose another folder with `--out`, or remove it"
         raise InputError(str(path), "the file exists", "a new file", fix)
     write_text(path, with_bodies(settings, Path(), whole, bodies, to=folder))
-    given = {name: value for name, value in given.items() if name != "arguments"}
     robot = read_urdf(path, choice=told.choice)
     found = masses(robot)
     new = listed([body.name for body in bodies])
     said = (*robot.notes, f"wrote {path}: bodies of {new} made of their meshes", found.sentence)
     stated = _uncertainty(whole, robot, names, told.wanted.everything)
-    return NewRobot(robot, path, _keys(given, told), stated, said)
+    return NewRobot(robot, path, _keys(replace(told, arguments={})), stated, said)
 
 
 def _uncertainty(before: Robot, robot: Robot, names: list[str], everything: bool) -> str:
@@ -138,10 +131,11 @@ def _uncertainty(before: Robot, robot: Robot, names: list[str], everything: bool
     return json.dumps({"like": "typical", "links": {"each": each}}).replace('"', "")
 
 
-def _keys(given: Mapping[str, Any], told: Told) -> str:
+def _keys(told: Told) -> str:
     """Further keys of `robot:`, each after a comma."""
-    more = {**given, **({} if told.wanted.mass_kg is None else {"mass_kg": told.wanted.mass_kg})}
-    return "".join(f", {name}: {json.dumps(value)}" for name, value in more.items())
+    choice, mass = told.choice, told.wanted.mass_kg
+    keys = {"tip": choice.tip, "lock": dict(choice.lock), "arguments": dict(told.arguments), "mass_kg": mass}
+    return "".join(f", {name}: {json.dumps(value)}" for name, value in keys.items() if value)
 
 
 def relative(path: Path, folder: Path) -> str:

@@ -70,7 +70,7 @@ class _OfLink(MotionEffect):
 
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """A payload on that link, which is known less well than its drawing."""
-        carried = scene.arm.robot.frames.get(scene.payload[0], (scene.payload[0],))[0]
+        carried, _ = scene.arm.robot.carrier(scene.payload[0])
         on_it = scene.arm.robot.links[self.axis].name == carried
         return ((PayloadMass(len(scene.gear_ratio)),),) if on_it else ()
 

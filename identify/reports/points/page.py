@@ -15,10 +15,10 @@ from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
 from identify.robot.pose import inverse, pose
 from identify.robot.posture import z_to
+from identify.robot.visual import by_link
 from identify.setup.registration.chain import chain
 from identify.setup.registration.register import Node
 from identify.setup.registration.run import Placing
-from identify.setup.registration.surface import by_link
 
 _MOST = 20_000
 """Triangles of a robot that a plain canvas turns without waiting."""
@@ -33,7 +33,7 @@ def points_page(placing: Placing) -> str:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(ASSETS), autoescape=True, undefined=jinja2.StrictUndefined
     )
-    meshes = by_link(placing.robot, placing.shown)
+    meshes = by_link(placing.robot, placing.shown.meshes)
     total = sum(0 if mesh is None else len(mesh.triangles) for mesh in meshes)
     posture = ", ".join(f"{angle:.4g}" for angle in np.degrees(_angles(placing)))
     return environment.get_template("points.html.j2").render(

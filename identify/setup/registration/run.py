@@ -11,7 +11,6 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.text import count, listed
-from identify.core.yaml_input import YAML_SUFFIXES
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.uff.blocks import has_functions
@@ -19,8 +18,7 @@ from identify.measured.uff.geometry import has_geometry, read_geometry
 from identify.robot.chain import Choice
 from identify.robot.description import Robot
 from identify.robot.points import Point, check_links, read_points
-from identify.robot.read import read_robot
-from identify.robot.settings import RobotSettings
+from identify.robot.read import read_robot, settings_of
 from identify.robot.visual import Looks, looks
 from identify.setup.registration.align import Pairs, Task
 from identify.setup.registration.register import Node, Registration, register
@@ -77,9 +75,7 @@ def place_points(robot_file: Path, data: Sequence[Path], asked: Asked) -> Placin
 
     InputError for a file that cannot be read, or nodes that fit nowhere.
     """
-    key = "dh" if robot_file.suffix in YAML_SUFFIXES else "urdf"
-    said = {"tip": asked.choice.tip, "lock": dict(asked.choice.lock), "arguments": dict(asked.arguments)}
-    settings = RobotSettings.model_validate({key: robot_file.resolve(), **said})
+    settings = settings_of(robot_file, asked.choice, asked.arguments)
     robot = read_robot(settings, Path(), unknown_bodies=True)
     stated = np.radians(asked.posture_deg or [0.0] * len(robot.joints))
     if len(stated) != len(robot.joints):
@@ -134,7 +130,7 @@ def _pairs(asked: Asked, robot: Robot, geometry: MeasuredGeometry) -> Pairs:
     names = [link.name for link in robot.links]
     rows, links, places = [], [], []
     for point in points.values():
-        link, pose = robot.frames.get(point.link, (point.link, np.eye(4)))
+        link, pose = robot.carrier(point.link)
         rows.append(geometry.nodes.index(point.node))
         links.append(names.index(link))
         places.append(pose[:3, :3] @ point.position + pose[:3, 3])

@@ -15,8 +15,8 @@ from scipy.spatial import cKDTree
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.robot.description import Robot
-from identify.robot.mesh import Mesh, joined
-from identify.robot.visual import Looks
+from identify.robot.mesh import Mesh
+from identify.robot.visual import Looks, by_link
 from identify.setup.registration.chain import chain
 
 _DISCS = 40_000
@@ -78,11 +78,11 @@ def skins(robot: Robot, shown: Looks, angles: Array) -> list[Skin | None]:
 
     InputError where no link looks like anything.
     """
-    meshes = by_link(robot, shown)
+    meshes = by_link(robot, shown.meshes)
     if not any(meshes):
         why = "; ".join(shown.missing) or "the robot file has no <visual> or <collision>"
         raise InputError(robot.name, f"no surface to lay points on ({why})", "meshes that can be read")
-    area = [0.0 if mesh is None else float(_areas(mesh).sum()) for mesh in meshes]
+    area = [0.0 if mesh is None else float(mesh.areas.sum()) for mesh in meshes]
     apart = float(np.sqrt(sum(area) / _DISCS))
     discs = [(np.zeros((0, 3)),) * 2 if m is None else _discs(m, apart) for m in meshes]
     poses = chain(robot, angles).poses
@@ -94,16 +94,6 @@ def skins(robot: Robot, shown: Looks, angles: Array) -> list[Skin | None]:
     return [_skin(centres, normal, side, apart) for (centres, normal), side in own]
 
 
-def by_link(robot: Robot, shown: Looks) -> list[Mesh | None]:
-    """What each link looks like with everything that is fixed to it, in its frame; None for nothing."""
-    own: dict[str, list[Mesh]] = {link.name: [] for link in robot.links}
-    for name, mesh in shown.meshes.items():
-        link, pose = robot.frames.get(name, (name, np.eye(4)))
-        if link in own:
-            own[link].append(mesh.placed(pose))
-    return [joined(meshes) if meshes else None for meshes in own.values()]
-
-
 def _skin(centres: Array, normals: Array, side: Array, apart: float) -> Skin | None:
     seen = side != 0
     if not seen.any():
@@ -111,15 +101,10 @@ def _skin(centres: Array, normals: Array, side: Array, apart: float) -> Skin | N
     return Skin(centres[seen], normals[seen] * side[seen, None], apart, cKDTree(centres[seen]))
 
 
-def _areas(mesh: Mesh) -> Array:
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
-    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2)
-
-
 def _discs(mesh: Mesh, apart: float) -> tuple[Array, Array]:
     """Places all over a mesh, about so far apart, and normals there."""
-    chance, area = np.random.default_rng(0), _areas(mesh)
-    a, b, c = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    chance, area = np.random.default_rng(0), mesh.areas
+    a, b, c = mesh.corners
     count = max(int(area.sum() / apart**2), 50)
     which = np.searchsorted(np.cumsum(area) / area.sum(), (np.arange(count) + chance.random(count)) / count)
     which = np.minimum(which, len(area) - 1)
