@@ -24,14 +24,12 @@ _RELAXES = 0.5
 
 def springs_and_instruments(problem: Problem) -> list[Effect]:
     """Every spring, and every sensor with its mass, force and the delay."""
-    return [*all_springs(problem, shrink=True), *_of_measurement(problem), *_of_sensors(problem)]
+    return [*all_springs(problem, shrink=True), *instruments(problem)]
 
 
-def springs_and_bodies(problem: Problem) -> list[Effect]:
-    """Every spring, and a body on every moving link: not beside free sensors, which take up any scale of
-    the masses.
-    """
-    return [*all_springs(problem, shrink=True), *_bodies(problem)]
+def instruments(problem: Problem) -> list[Effect]:
+    """Every sensor with its mass, force and the delay."""
+    return [*_of_measurement(problem), *_of_sensors(problem)]
 
 
 def relaxations(problem: Problem) -> list[Effect]:
@@ -85,7 +83,7 @@ def _of_sensors(problem: Problem) -> list[Effect]:
     return [SensorMass(mass=mass.model_copy(update={"initial": 0.0}))]
 
 
-def _bodies(problem: Problem) -> list[Effect]:
+def bodies(problem: Problem) -> list[Effect]:
     """A body on every moving link that the study adds none to, of nothing to begin with."""
     taken = {getattr(effect, "link", "") for effect in problem.file.study.effects}
     bodies = [one for one in AddedMass.instances(problem.robot, problem.points) if one.link not in taken]

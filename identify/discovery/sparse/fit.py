@@ -18,7 +18,7 @@ from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import usual_stiffness
 from identify.vibration.problem import Problem
 
-_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 6
+_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 30
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
 after units left.
 """

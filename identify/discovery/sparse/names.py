@@ -71,14 +71,20 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
 
 
 def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
-    """A link that bends by parts: all of it as its middle, and what its ends have more."""
+    """A link that bends by parts: all of it as its middle, and what its ends have more; one damper for
+    all, which loses as much under a load at the end as those of the parts, sum c^2 d = sum c t.
+    """
     found = {name: value for name, value in values.items() if ".part_" not in name}
     places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
     softest = max(values[f"{place}.part_{n}.compliance"] for place in places for n in (1, 2, 3))
     for place in places:
         parts = _stiffnesses([f"{place}.part_{n}" for n in (1, 2, 3)], values, softest)
         near, middle, far = (parts[f"{place}.part_{n}.stiffness"] for n in (1, 2, 3))
-        found |= {f"{place}.stiffness": middle, f"{place}.damping": parts[f"{place}.part_2.damping"]}
+        dampers = [
+            (parts[f"{place}.part_{n}.stiffness"], parts[f"{place}.part_{n}.damping"]) for n in (1, 2, 3)
+        ]
+        loss = sum(d / k**2 for k, d in dampers) / sum(1 / k**2 for k, _ in dampers)
+        found |= {f"{place}.stiffness": middle, f"{place}.damping": loss}
         found |= {f"{place}.near_stiffness": near - middle, f"{place}.far_stiffness": far - middle}
     return _bending(effect, places, found)
 

@@ -25,7 +25,7 @@ PRICE = 3.0
 """lambda: an amplitude must move what is left by about three of its standard deviations."""
 _LONGEST = 1.5
 """Change of a logarithm, or of an error in its standard deviations, in one step at most."""
-_SETTLED = 0.05
+_SETTLED = 0.5
 """Fall of the objective, in natural units of log odds, below which it is done."""
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE, _NOTHING = 4, 0.7, 1e-12

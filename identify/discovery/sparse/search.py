@@ -13,9 +13,10 @@ from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
 from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import (
+    bodies,
     in_parts,
+    instruments,
     relaxations,
-    springs_and_bodies,
     springs_and_instruments,
 )
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
@@ -67,21 +68,20 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
 
     unseen: the gap of a problem's effects and values on data that are not fitted.
     """
-    story, every = story or Story(), tuple(springs_and_instruments(problem))
-    say = story.say
-    stated = bool(problem.nuisances.entries)  # masses may be off by what was stated, and move with all else
-    fits = list[Found]()
+    story = story or Story()
+    say, stated = story.say, bool(problem.nuisances.entries)  # masses may be off by what was stated
+    bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+    structure = tuple(all_springs(problem, shrink=True))
     if not stated:
-        fits.append(dense_fit(problem, every, usual=False))
-        if fits[-1].gap < CLOSED:
-            few = pruned(fits[-1], say, unseen)
-            if few[0].gap < CLOSED and len(few[1]) <= _FEW:
-                return _said(*few, unseen, say)
-    fits.append(dense_fit(problem, every, usual=True))
-    if _open(fits) and not stated and not story.late:
-        fits.append(dense_fit(problem, tuple(springs_and_bodies(problem)), usual=True))
+        few = pruned(_further(dense_fit(problem, structure, usual=False), story, 1), say, unseen)
+        if story.late or (few[0].gap < CLOSED and len(few[1]) <= _FEW):
+            return _said(*few, unseen, say)
+    fits = [_further(dense_fit(bending, structure, usual=True), story)]
     if _open(fits) and not story.late:
-        fits += _structure_first(problem, every, story)
+        fits.append(dense_fit(problem, tuple(springs_and_instruments(problem)), usual=True))
+    if _open(fits) and not story.late:
+        other = dense_fit(bending, structure, usual=True, shares=_WIDENED)
+        fits.append(_further(other, story) if other.objective < fits[0].objective else other)
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     return _said(*pruned(best, say, unseen), unseen, say)
@@ -94,27 +94,6 @@ def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
     if unseen is None or not _open(fits):
         return min(fits, key=_objective)
     return min(fits, key=lambda one: unseen(one.study, one.effects, one.values))
-
-
-def _structure_first(problem: Problem, every: Sequence[Effect], story: Story) -> Iterator[Found]:
-    """The structure alone, with the forms of links uncertain, and, where that leaves something open, with
-    the instruments: free sensors make up for shapes that are not there yet, and would keep them out.  What
-    then still is open stays out of sensors that no fault of an instrument explains.
-    """
-    stated = bool(problem.nuisances.entries)
-    bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    structure = tuple(all_springs(problem, shrink=True))
-    first = dense_fit(bending, structure, usual=True)
-    found = _further(first, story)
-    if found.gap >= CLOSED and not story.late:
-        other = dense_fit(bending, structure, usual=True, shares=_WIDENED)
-        if other.objective < first.objective:
-            found = min(found, _further(other, story), key=_objective)
-    yield found
-    if found.gap >= CLOSED:
-        instruments = tuple(one for one in every if one not in structure)
-        more = gone_on(found, (*found.effects, *instruments), {})
-        yield more if more.gap < CLOSED else _recognised(more)
 
 
 def _recognised(found: Found) -> Found:
@@ -133,23 +112,33 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, story: Story) -> Found:
-    """The fit with what the dense model has no amplitude for: drives that relax, links that bend by parts,
-    and all that the dictionary has, one by one, as long as each pays for its parameters.
+def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
+    """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
+    instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
+    dictionary has, one by one.
     """
     price = 0.5 * float(np.log(found.unknowns.count))
-    for _ in range(_MOST_ENTERED):
+    for _ in range(most):
         if found.gap < CLOSED or story.late:
             break
         trials = sorted(_trials(found), key=lambda one: -one[0])[:_TRIED]
-        fitted = [gone_on(found, one[1], one[2]) for one in trials if one[0] > _PAYS * price]
+        fitted = [_tried(found, one) for one in trials if one[0] > _PAYS * price]
         best = min(fitted, key=_objective, default=found)
         if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
             break
-        new = next((one for one in best.effects if one not in found.effects), best.effects[-1])
-        story.say(f"With {new.sentence()}: gap {best.gap:.2f}.")
+        new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
+        story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
         found = best
     return found
+
+
+def _tried(found: Found, trial: Trial) -> Found:
+    """The fit gone on with a trial; where free sensors leave something open, with those alone whose errors
+    have the form of a fault: others make up for shapes that are not there yet, and would keep them out.
+    """
+    more = gone_on(found, trial[1], trial[2])
+    free = any(isinstance(one, SensorMatrix) for one in trial[1] if one not in found.effects)
+    return more if more.gap < CLOSED or not free else _recognised(more)
 
 
 Trial = tuple[float, tuple[Effect, ...], Mapping[str, float]]
@@ -158,11 +147,10 @@ Trial = tuple[float, tuple[Effect, ...], Mapping[str, float]]
 
 def _trials(found: Found) -> Iterator[Trial]:
     """Everything that may go on."""
-    kinds = {one.kind for one in found.effects}
-    more = tuple(relaxations(found.study))
-    if more and more[0].kind not in kinds:
-        effects = (*found.effects, *more)
-        yield _foreseen(found, effects, {}), effects, {}
+    for some in (instruments(found.study), relaxations(found.study), _bodies(found)):
+        effects = (*found.effects, *(one for one in some if one not in found.effects))
+        if not _has(found, some):
+            yield _foreseen(found, effects, {}), effects, {}
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
         yield _foreseen(found, effects, values), effects, values
@@ -171,6 +159,21 @@ def _trials(found: Found) -> Iterator[Trial]:
         yield gain, effects, {}
     for one in candidates(found.problem, beside)[:_TRIED]:
         yield one.gain, (*found.effects, one.effect), one.values
+
+
+def _has(found: Found, some: Sequence[Effect]) -> bool:
+    """Whether a fit has effects of these kinds, or there are none."""
+    kinds = {one.kind for one in found.effects}
+    return all(one.kind in kinds for one in some)
+
+
+def _bodies(found: Found) -> Sequence[Effect]:
+    """Not beside masses that are uncertain by themselves, nor free sensors, which take up any scale of the
+    masses.
+    """
+    free = any(isinstance(one, SensorMatrix) for one in found.effects)
+    masses = found.study.file.study.uncertainty not in (None, FORMS_ALONE)
+    return () if free or masses else bodies(found.study)
 
 
 def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> float:
