@@ -25,8 +25,9 @@ PRICE = 3.0
 """lambda: an amplitude must move what is left by about three of its standard deviations."""
 _LONGEST = 1.5
 """Change of a logarithm, or of an error in its standard deviations, in one step at most."""
-_SETTLED = 0.5
-"""Fall of the objective, in natural units of log odds, below which it is done."""
+_SETTLED = 0.05
+"""Fall of the objective, in natural units of log odds, below which it is done; times the squared gap: far
+from the data what is missing gains far more than any last steps do."""
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE, _NOTHING = 4, 0.7, 1e-12
 """Steps of what is present alone between two of all unknowns, where that is less than so much of them; an
@@ -166,7 +167,7 @@ class Penalised:
         x, damping, local = point.x, point.damping, self.local(point.x, moving)
         if not np.isfinite(local.product).all():
             return replace(point, settled=True)
-        curvature, slope = self.quadratic(x, local)
+        (curvature, slope), scale = self.quadratic(x, local), local.gap**2
         diagonal = np.where(np.diag(curvature) > 0, np.diag(curvature), 1.0)
         here = self.value(float(local.product[-1, -1]), x, local)
         lower, upper = (side - x for side in self.unknowns.limits)
@@ -182,7 +183,7 @@ class Penalised:
             if fall > 0:
                 foreseen = slope @ change - 0.5 * change @ curvature @ change
                 damping *= 0.2 if fall > 0.7 * foreseen else 3.0 if fall < 0.25 * foreseen else 1.0
-                return Point(there, max(damping, 1e-9), point.steps + 1, fall < _SETTLED)
+                return Point(there, max(damping, 1e-9), point.steps + 1, fall < _SETTLED * scale)
             damping *= 4
             if damping > _MOST_DAMPED:
                 break

@@ -254,16 +254,21 @@ class FrfTarget:
         power = POWER[self.data.quantity]
         if self.system.compliances is not None:
             flat = values.reshape(-1, values.shape[-1])
-            h = np.array([self.response(one).h() for one in flat])
+            # A population may be as heavy as each of its members is (`System.with_more`).
+            matrices = zip(*self.system.bare(flat), strict=True)
+            h = np.array([self._response(*one).h() for one in zip(flat, matrices, strict=True)])
             return h.reshape(*values.shape[:-1], *h.shape[1:])
         return frf(*self.system.matrices(values), s, self.out, self.force, power, self._ends(values))
 
     def response(self, values: Array) -> Response:
         """The model's response at values (parameters,), whose springs are given by compliance."""
-        springs, system = self.system.compliances, self.system
+        return self._response(values, self.system.bare(values))
+
+    def _response(self, values: Array, matrices: tuple[Array, Array, Array]) -> Response:
+        springs, s, record = self.system.compliances, self.s_at(values), self.end_at(values)
         assert springs is not None
-        s, power, record = self.s_at(values), POWER[self.data.quantity], self.end_at(values)
-        return respond(springs, values, system.bare(values), s, self.out, self.force, power, record)
+        power = POWER[self.data.quantity]
+        return respond(springs, values, matrices, s, self.out, self.force, power, record)
 
     def _compliant_gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """`gradient` of the model itself where springs are given by compliance."""

@@ -113,7 +113,7 @@ def test_what_predictions_need_is_worth_most_and_small_models_are_kept(tmp_path:
     with one_thread():
         problem = problem_of(tmp_path, "tilt_j2", 4)
         structure = tuple(all_springs(problem, shrink=True))
-        found = dense_fit(problem, structure, usual=True, shares=(0.5, 1.0))
+        found = dense_fit(problem, structure, usual=True)
         assert found.gap < 1.2
         kept = refitted(found, [u for u in found.unknowns.units if u.name.startswith(("joint2", "joint5"))])
         worth = costs_of_dropping(kept, 1.0, left_by)

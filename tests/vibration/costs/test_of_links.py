@@ -43,7 +43,11 @@ def _of_links_alone(problem: Problem) -> tuple[Index, Array]:
     return np.array(free), values
 
 
-@pytest.mark.parametrize("effects", ["", "  - {kind: time-delay}\n"], ids=["in coordinates", "as read"])
+@pytest.mark.parametrize(
+    "effects",
+    ["", "  - {kind: time-delay}\n", "  - {kind: joint-relaxation, joints: [2]}\n"],
+    ids=["in coordinates", "as read", "by compliance"],
+)
 def test_it_is_the_posterior_where_nothing_else_errs(effects: str, tmp_path: Path) -> None:
     problem = _problem(tmp_path, _LINKS, effects)
     free, values = _of_links_alone(problem)
