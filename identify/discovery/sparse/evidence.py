@@ -8,7 +8,6 @@ import numpy as np
 
 from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
-from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
@@ -25,19 +24,6 @@ def inflation(problem: Problem, values: Array) -> float:
     ratio = (found.std / found.independent_std) ** 2
     known = np.isfinite(ratio) & (found.std < np.inf)
     return max(float(np.median(ratio[known])) if known.any() else 1.0, 1.0)
-
-
-class Support(NamedTuple):
-    """log_odds: natural logarithm of the odds that a unit is there, all others staying; fall: what it
-    takes off the gap.
-    """
-
-    log_odds: float
-    fall: float
-
-    def holds(self, gap: float) -> bool:
-        """Whether a unit stays: for what is smaller than noise models get wrong, odds mean nothing."""
-        return self.log_odds > CONVINCING and self.fall > MATERIAL * max(gap, 1.0)
 
 
 class Weighed(NamedTuple):
@@ -58,19 +44,19 @@ def weighed(unknowns: Unknowns, product: Array, inflated: float) -> Weighed:
     return Weighed(information, product, scale, 0.5 * float(np.log(max(unknowns.count / inflated, 2.0))))
 
 
-def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, Support]:
-    """Of each unit at x (f,) (Laplace, unit information).
+def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
+    """Natural logarithm of the odds that each unit is there at x (f,), all others staying (Laplace, unit
+    information).
 
     Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all
     else eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
     """
-    away, found, left = unknowns.away(x), dict[str, Support](), known.product[-1, -1]
+    away, found = unknowns.away(x), dict[str, float]()
     for unit in unknowns.units:
         own = unit.amplitudes
         weight = eliminated(known.information, own, floor_of(unit))
         squares = float(away[own] @ weight @ away[own])
-        more = np.sqrt((left + squares * known.scale) / unknowns.count) - np.sqrt(left / unknowns.count)
-        found[unit.name] = Support(0.5 * squares - known.price * _count(unit, away), float(more))
+        found[unit.name] = 0.5 * squares - known.price * _count(unit, away)
     return found
 
 

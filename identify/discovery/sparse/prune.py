@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Index
-from identify.core.thresholds import MATERIAL
+from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.discovery.evidence import CLOSED
-from identify.discovery.sparse.evidence import Support, inflation, solved, supports, weighed
+from identify.discovery.sparse.evidence import inflation, solved, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect
 from identify.vibration.problem import Problem
@@ -26,7 +26,7 @@ Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
 """The gap on data that are not fitted."""
 
 
-def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, Support], float]:
+def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, float], float]:
     """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
     by unit; how much the residuals' correlation inflates variances.
 
@@ -36,14 +36,14 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     """
     asked, least = found.unknowns, SEEN * max(found.gap, 1.0)
     seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
-    inflated, path = 1.0, list[tuple[Found, dict[str, Support]]]()
+    inflated, path = 1.0, list[tuple[Found, dict[str, float]]]()
     while seen:
         found = refitted(found, seen)
         if inflated == 1.0:
             inflated = inflation(found.problem, found.unknowns.to_values(found.x))
         support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
         path.append((found, support))
-        loose = sorted((s.log_odds, name) for name, s in support.items() if not s.holds(found.gap))
+        loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING)
         if not loose:
             break
         most = len(loose) if found.gap < CLOSED else max(len(support) // 4, 1)
@@ -58,8 +58,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
 
 
 def smallest_that_predicts(
-    path: Sequence[tuple[Found, dict[str, Support]]], unseen: Unseen
-) -> tuple[Found, dict[str, Support]]:
+    path: Sequence[tuple[Found, dict[str, float]]], unseen: Unseen
+) -> tuple[Found, dict[str, float]]:
     """Of models from large to small the smallest that predicts unseen data as well as any: what is judged
     against a gap that grows as units go would let all of them go, and against residuals that are all alike,
     as those of a wrong model are, would keep next to none.

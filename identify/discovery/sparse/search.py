@@ -21,7 +21,6 @@ from identify.discovery.sparse.dense import (
 )
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
 from identify.discovery.sparse.evidence import (
-    Support,
     Weighed,
     eliminated,
     floor_of,
@@ -215,7 +214,7 @@ def _parts(found: Found, bent: set[str]) -> dict[str, float]:
 
 
 def _said(
-    kept: Found, evidence: dict[str, Support], inflated: float, unseen: Unseen | None, say: Say
+    kept: Found, evidence: dict[str, float], inflated: float, unseen: Unseen | None, say: Say
 ) -> Explained:
     worth = {}
     if unseen is not None and kept.gap >= CLOSED:
@@ -229,7 +228,7 @@ def _objective(fit: Found) -> float:
 
 
 def named(
-    found: Found, evidence: Mapping[str, Support], inflated: float, worth: Mapping[str, float]
+    found: Found, evidence: Mapping[str, float], inflated: float, worth: Mapping[str, float]
 ) -> list[Named]:
     """The units that stayed as effects of the catalogue: those first that predictions need most, where a gap
     stays, else the best supported.
@@ -247,7 +246,7 @@ def named(
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
             effect, own = _of_sensor(found, unit, known)
-        result.append(Named(effect, own, evidence[unit.name].log_odds, worth.get(unit.name, 0.0)))
+        result.append(Named(effect, own, evidence[unit.name], worth.get(unit.name, 0.0)))
     found_all = names.of_all_forces(result, _forces(found.problem))
     return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
 

@@ -17,7 +17,6 @@ from identify.core.threads import one_thread
 from identify.discovery.records import timed
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
-from identify.discovery.sparse.evidence import Support
 from identify.discovery.sparse.fit import Found, dense_fit, refitted
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import explain
@@ -122,7 +121,7 @@ def test_what_predictions_need_is_worth_most_and_small_models_are_kept(tmp_path:
         assert all(abs(one) < 0.1 for name, one in worth.items() if name != "joint2.tilt")
         without = refitted(kept, [u for u in kept.unknowns.units if u.name != "joint2.tilt"])
         few = refitted(kept, [u for u in kept.unknowns.units if u.name == "joint2.tilt"])
-        path: list[tuple[Found, dict[str, Support]]] = [(found, {}), (kept, {}), (few, {}), (without, {})]
+        path: list[tuple[Found, dict[str, float]]] = [(found, {}), (kept, {}), (few, {}), (without, {})]
         assert smallest_that_predicts(path, left_by)[0] is few
 
 
