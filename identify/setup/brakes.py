@@ -70,7 +70,7 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
     alone = replace(stated, sets={number: stated.sets[number]}).problem()
     two = replace(stated, sets=dict(list({number: stated.sets[number], **rest.sets}.items())[:2]))
     both = scored(two.problem(), first.values)
-    before = min(_squares(one, 0) for one in (both, softened(both)))
+    before = _squares(both, 0)
     told = list(zip(alone.parameters, others.values, strict=True))
     stiff = [n for n, (p, _) in enumerate(told) if p.name.endswith(".rz.stiffness")]
     for place in stiff:
@@ -80,8 +80,10 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
         if abs(score.level - others.level) < SLIGHT:
             ratio = float(score.values[place] / others.values[place])
             joint = int(name.partition(".")[0].removeprefix("joint"))
-            left = _squares(score, 0)
-            yield Brake(number, joint, ratio, left / before, len(score.squares(levelled=True)[0]), others)
+            share = _squares(score, 0) / before
+            if share <= LEFT:  # else it does not matter what every spring explains
+                share *= max(before / _squares(softened(both), 0), 1.0)
+            yield Brake(number, joint, ratio, share, len(score.squares(levelled=True)[0]), others)
 
 
 def _squares(score: Score, place: int) -> float:

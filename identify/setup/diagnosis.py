@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -115,12 +116,12 @@ def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     decision = decided(searched(as_stated, first))
     if decision is None:
         return Found(Looked(gap, _braked(as_stated, first, gap)), first)
-    every = [_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])]
-    if min(every, key=_gap).decision.factor is not None:
-        every += [_put(as_stated, one) for one in decision.level[:_OTHERS]]
-    best, *others = sorted(every, key=_gap)
-    if best.gap >= gap:
+    every = _put_right(as_stated, [decision, *decision.others[:_OTHERS]])
+    if every and min(every, key=_gap).decision.factor is not None:
+        every += _put_right(as_stated, decision.level[:_OTHERS])
+    if not every or min(map(_gap, every)) >= gap:
         return Found(Looked(gap), first)
+    best, *others = sorted(every, key=_gap)
     alike = [one.decision for one in others if one.gap <= _TOLD_APART * best.gap]
     mistakes = _mistakes(best.decision, alike)
     sure = _sure(decision.log_odds)
@@ -175,6 +176,15 @@ def _right(stated: Stated, score: Score) -> bool:
     """Whether a variant needs nothing further."""
     level = abs(score.level) < SLIGHT
     return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
+
+
+def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:
+    """Those that make a study: one with a payload of nothing does not."""
+    found = []
+    for one in decisions:
+        with suppress(InputError, InputErrors):
+            found.append(_put(as_stated, one))
+    return found
 
 
 def _put(as_stated: Stated, decision: Decision) -> _Put:

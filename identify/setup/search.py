@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.hypothesis import Hypothesis
@@ -32,8 +33,9 @@ _HELPS = 0.85
 """Times the cost that a mistake must come down to, to be looked at further."""
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
-_HALVINGS, _STEPS = 6, 2
-"""How often steps of a number that is only about right are halved, and how many of each are made."""
+_STEPS, _CLOSER, _FARTHER = 4, 0.5, 3.0
+"""Steps of numbers that are only about right, how much smaller the differences between which slopes are taken
+become with each, and how many times as long as these a step may be."""
 _NOTHING = 1e-3
 """Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
 upright."""
@@ -118,8 +120,7 @@ def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
     glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
     settled = sorted([_settled(base, one) for one in _promising(glanced)], key=_cost)
-    about = [n for n, one in enumerate(settled) if one.hypotheses[-1].around][:1]
-    for n in about:
+    for n in [n for n, one in enumerate(settled) if one.hypotheses[-1].moved][:1]:
         settled[n] = _finer(settled[n])
     settled.sort(key=_cost)
     return sorted([*map(_anew, settled[:_ANEW]), *settled[_ANEW:]], key=_cost)
@@ -128,7 +129,7 @@ def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
 def _promising(glanced: Sequence[Candidate]) -> list[Candidate]:
     """The best; of those that hold a number which is only about right few, which are then made better."""
     best = sorted(glanced, key=_cost)
-    about = [one for one in best if one.hypotheses[-1].around][_ABOUT:]
+    about = [one for one in best if one.hypotheses[-1].moved][_ABOUT:]
     return [one for one in best if not any(one is other for other in about)][:_PROMISING]
 
 
@@ -182,17 +183,36 @@ def _anew(one: Candidate) -> Candidate:
 
 
 def _finer(one: Candidate) -> Candidate:
-    """A candidate whose last mistake holds a number that is only about right, with better ones."""
-    best = one
-    for halved in [halved for halved in range(_HALVINGS) for _ in range(_STEPS)]:
-        around = best.hypotheses[-1].around
-        tried = [_moved(best, other) for other in (around(halved) if around else [])]
-        best = min([best, *tried], key=_cost)
+    """A candidate whose last mistake holds numbers that are only about right, with better ones: Gauss-Newton
+    on what a fit of all else leaves, with slopes from differences.
+    """
+    best, reach = one, one.hypotheses[-1].reach
+    for _ in range(_STEPS):
+        numbers = best.hypotheses[-1].numbers
+        assert numbers is not None
+        sides = [_moved(best, numbers + reach * axis) for axis in np.eye(len(numbers))]
+        left, *others = (_residuals(found) for found in (best, *sides))
+        if any(len(other) != len(left) for other in others):
+            break  # other channels are moved there
+        slopes = np.array([other - left for other in others]).T
+        step = -np.linalg.lstsq(slopes, left, rcond=None)[0]
+        step *= min(1.0, _FARTHER / max(float(np.linalg.norm(step)), 1e-9))
+        best = min([best, *sides, _moved(best, numbers + reach * step)], key=_cost)
+        reach *= _CLOSER
     return best
 
 
-def _moved(one: Candidate, last: Hypothesis) -> Candidate:
-    """A candidate with another last mistake at the same keys."""
+def _residuals(one: Candidate) -> Array:
+    """All of them, real (n,)."""
+    found = np.concatenate([some.ravel() for some in one.score.residuals(levelled=True)])
+    return np.concatenate([found.real, found.imag])
+
+
+def _moved(one: Candidate, numbers: Array) -> Candidate:
+    """A candidate with other numbers in its last mistake."""
+    before = one.hypotheses[-1]
+    assert before.moved is not None
+    last = before.moved(numbers)
     stated = one.stated.changed(last.edits)
-    score = scored(stated.problem(), one.score.values, _GLANCE)
+    score = scored(stated.problem(), one.score.values)
     return Candidate(stated, score, (*one.hypotheses[:-1], last))
