@@ -21,13 +21,13 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.thresholds import CONVINCING, MISSING
+from identify.measured.quality_robot import possible
 from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
-from identify.setup.stated import Stated
 from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
 
@@ -137,7 +137,7 @@ def needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
     best, *others = rounds[-1]
     for hypothesis in best.hypotheses[:-1]:
         rest = _without(found.plain, best, hypothesis)
-        if rest is not None and not _worth(rest, best):
+        if rest is not None and possible(rest.stated.robot) and not _worth(rest, best):
             best, others = rest, []
     return best, tuple(others)
 
@@ -150,16 +150,7 @@ def _worth(before: Candidate, after: Candidate) -> bool:
     sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
     if sums[1] <= LEFT * sums[0]:
         return True
-    scores = [levelled(one.stated, one.score) for one in (before, after)]
-    return _less_within(scores[0], scores[1], after.stated)
-
-
-def _less_within(before: Score, after: Score, stated: Stated) -> bool:
-    """The same where what was stated to be uncertain may be so."""
-    if stated.uncertainty is None:
-        return False
-    worst = [within(one, stated.uncertainty).worst for one in (before, after)]
-    return worst[1] ** 2 <= LEFT * worst[0] ** 2
+    return after.stated.uncertainty is not None and after.within.worst**2 <= LEFT * before.within.worst**2
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
@@ -188,10 +179,11 @@ def _factor(best: Candidate) -> Factor | None:
 
 def _factor_within(best: Candidate) -> Factor | None:
     """The same where what was stated to be uncertain may be so."""
-    if abs(best.score.level) < SLIGHT:
+    uncertain = best.stated.uncertainty
+    if uncertain is None or abs(best.score.level) < SLIGHT:
         return None
-    level = levelled(best.stated, best.score)
-    return nearest(np.exp(best.score.level)) if _less_within(best.score, level, best.stated) else None
+    less = best.within.worst**2 <= LEFT * within(best.score, uncertain).worst ** 2
+    return nearest(np.exp(best.score.level)) if less else None
 
 
 def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:

@@ -13,7 +13,7 @@ from identify.core.threads import one_thread
 from identify.core.thresholds import CONVINCING
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.brakes import brake
-from identify.setup.constants import Factor, near
+from identify.setup.constants import NEAR, Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
@@ -29,6 +29,7 @@ _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
 _TOLD_APART = 1.02
 """Times the least gap up to which another explanation is as good."""
+_SIGMAS = 3.0
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
 
@@ -190,12 +191,22 @@ def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:
 def _put(as_stated: Stated, decision: Decision) -> _Put:
     """A decision with the known factor near that which was found that leaves the least gap."""
     found = []
-    for factor in (None,) if decision.factor is None else near(decision.factor.value):
+    apart = _apart(as_stated)
+    for factor in (None,) if decision.factor is None else near(decision.factor.value, apart):
         chosen = replace(decision, factor=factor)
         edits = (*_edits(chosen), *_of_factor(chosen))
         score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
         found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
     return min(found, key=_gap)
+
+
+def _apart(as_stated: Stated) -> float:
+    """The logarithm by which a fitted common factor may be off: more beside uncertain masses and forces."""
+    uncertain = as_stated.uncertainty
+    some = (
+        () if uncertain is None else (uncertain.std("links", "mass"), uncertain.std("channels", "force_gain"))
+    )
+    return float(np.linalg.norm([NEAR, *(_SIGMAS * one for one in some)]))
 
 
 def _edits(decision: Decision) -> tuple[Change, ...]:

@@ -26,8 +26,8 @@ from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-_FARTHEST = 10.0
-"""Logarithms beyond which nothing more is said: mistakes of units may be a factor of ten thousand."""
+_FARTHEST = 25.0
+"""Logarithms beyond which nothing more is said: g mm2 for kg m2 are a factor of 1e9."""
 _STILL = 1e-8
 """Times the largest FRF that a point has which does not move but for rounding."""
 _SCALES, _SLOPES = tuple(np.linspace(-3.0, 3.0, 9)), (-1.0, 0.0, 1.0)

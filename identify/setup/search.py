@@ -13,11 +13,12 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.measured.quality_robot import possible
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
 from identify.setup.stated import Stated
-from identify.setup.within import levelled, within
+from identify.setup.within import Within, levelled, within
 from identify.vibration.problem import Problem
 
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
@@ -31,6 +32,10 @@ _ROUNDS = 3
 """Mistakes at once that are looked for."""
 _HELPS = 0.85
 """Times the cost that a mistake must come down to, to be looked at further."""
+_BODIES = ("robot-units",)
+"""Kinds that make bodies possible which cannot be."""
+_LIKELY = 5
+"""Hypotheses of a round of which the likelihood is asked where no logarithm helps."""
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
 _STEPS, _CLOSER, _FARTHER = 4, 0.5, 3.0
@@ -57,6 +62,11 @@ class Candidate:
     def codes(self) -> tuple[str, ...]:
         """The codes of its hypotheses."""
         return tuple(one.code for one in self.hypotheses)
+
+    @property
+    def within(self) -> Within:
+        """What is left within what was stated to be uncertain, beside the common factor."""
+        return within(levelled(self.stated, self.score), self.stated.uncertainty)
 
     @cached_property
     def moving(self) -> int:
@@ -87,24 +97,43 @@ def searched(stated: Stated, score: Score) -> Searched:
             break
         tried, count = _round(best)
         asked = max(asked, count)
-        if explained or not tried or _cost(tried[0]) > _HELPS * _cost(best):
+        better = [] if explained else _better(best, tried)
+        if not better:
             level = [one for one in tried if abs(one.score.level) < SLIGHT]
             rivals = [one for one in level if one.score.cost <= _AS_GOOD * best.score.cost]
             break
-        best = tried[0]
-        rounds.append(tuple(tried))
+        best = better[0]
+        rounds.append(tuple(better))
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
+
+
+def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
+    """What was tried, best first, if that helps: by logarithms, or, because errors of what was told leave
+    these apart too, by the likelihood with such errors fitted along.  Bodies that can be help in any case.
+    """
+    if tried and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot)):
+        return tried
+    if base.stated.uncertainty is None:
+        return []
+    likely = sorted(tried[:_LIKELY], key=lambda one: one.within.worst)
+    return likely + tried[_LIKELY:] if likely and likely[0].within.worst <= 0.5 * base.within.worst else []
 
 
 def _explained(one: Candidate) -> bool:
     """Whether a candidate leaves nothing to be explained, but a common factor."""
     if one.score.cost <= ROUGH:
         return True
-    return within(levelled(one.stated, one.score), one.stated.uncertainty).explained
+    return one.within.explained
 
 
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
-    """One more mistake on top of those of a candidate, best first; and how many were asked for."""
+    """One more mistake on top of those of a candidate, best first; and how many were asked for.  Of a robot
+    whose bodies cannot be, only what makes them possible.
+    """
+    if not possible(base.stated.robot):
+        some = [h for h in _of_kinds(base, _BODIES) if possible(base.stated.changed(h.edits).robot)]
+        if some:
+            return _least_level(refined(base, some)), len(some)
     soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
     tried = refined(base, soon)
     if not tried or _cost(tried[0]) > _HELPS * _cost(base):
@@ -112,6 +141,12 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
         soon += later
         tried = sorted([*tried, *refined(base, later)[:1]], key=_cost)
     return tried, len(soon)
+
+
+def _least_level(tried: list[Candidate]) -> list[Candidate]:
+    """Of bodies that are the same up to a common factor, those first that need none."""
+    alike = [one for one in tried if one.score.cost <= _MORE * tried[0].score.cost]
+    return sorted(alike, key=lambda one: abs(one.score.level)) + tried[len(alike) :]
 
 
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
