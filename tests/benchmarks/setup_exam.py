@@ -18,6 +18,7 @@ import time
 from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import asdict, dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
@@ -87,12 +88,11 @@ def main() -> None:
     if rows:
         given.json.write_text(json.dumps(_summary(given.seed, rows), indent=1) + "\n")
         return
-    for arm in given.arms:
-        rng = np.random.default_rng([given.seed, sorted(MAKES).index(arm)])
-        for row in _of_arm(arm, given, rng):
-            rows.append(row)
-            print(_line(row), flush=True)
-            given.json.write_text(json.dumps(_summary(given.seed, rows), indent=1) + "\n")
+    draws = [draw(arm, given) for arm in given.arms for draw in (_wrong, _right)]
+    for row in _in_turn(draws):
+        rows.append(row)
+        print(_line(row), flush=True)
+        given.json.write_text(json.dumps(_summary(given.seed, rows), indent=1) + "\n")
     print(json.dumps(_summary(given.seed, rows)["score"]))
 
 
@@ -103,7 +103,14 @@ def _row(data: dict[str, Any]) -> Row:
     return Row(**{**data, **told})
 
 
-def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Iterator[Row]:
+def _in_turn(draws: list[Iterator[Row]]) -> Iterator[Row]:
+    """A row of each arm, wrong and right, again and again: an exam that is ended early has some of all."""
+    for some in zip_longest(*draws):
+        yield from (row for row in some if row is not None)
+
+
+def _wrong(arm: str, given: Any) -> Iterator[Row]:
+    rng = np.random.default_rng([given.seed, sorted(MAKES).index(arm)])
     seed = int(rng.integers(1, 10**6))
     plain = {one[0]: told(_spec(arm, seed, "none", _STATED.index(one))) for one in dict.fromkeys(_STATED)}
     for number, name in enumerate(_drawn(given, arm)):
@@ -118,6 +125,10 @@ def _of_arm(arm: str, given: Any, rng: np.random.Generator) -> Iterator[Row]:
         for one in names:
             wanted += SLIPS[one](test, rng) if one in SLIPS else []
         yield _scored((arm, stated, "none", tuple(names)), test, wanted)
+
+
+def _right(arm: str, given: Any) -> Iterator[Row]:
+    rng = np.random.default_rng([given.seed, sorted(MAKES).index(arm), 1])
     for number in range(given.right):
         stated = _STATED[number // 2 % len(_STATED)][0]
         hidden = HIDDEN[number // 2 % len(HIDDEN)] if number % 2 else "none"
