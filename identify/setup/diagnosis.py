@@ -184,12 +184,12 @@ def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:
     found = []
     for one in decisions:
         with suppress(InputError, InputErrors):
-            found.append(_put(as_stated, one))
+            found += _put(as_stated, one)
     return found
 
 
-def _put(as_stated: Stated, decision: Decision) -> _Put:
-    """A decision with the known factor near that which was found that leaves the least gap."""
+def _put(as_stated: Stated, decision: Decision) -> list[_Put]:
+    """A decision with each known factor near that which was found, of which the gap may tell."""
     found = []
     apart = _apart(as_stated)
     for factor in (None,) if decision.factor is None else near(decision.factor.value, apart):
@@ -197,7 +197,7 @@ def _put(as_stated: Stated, decision: Decision) -> _Put:
         edits = (*_edits(chosen), *_of_factor(chosen))
         score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
         found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
-    return min(found, key=_gap)
+    return found
 
 
 def _apart(as_stated: Stated) -> float:

@@ -104,7 +104,24 @@ def searched(stated: Stated, score: Score) -> Searched:
             break
         best = better[0]
         rounds.append(tuple(better))
+    if len(rounds) > 1 and (again := _again(plain, best)) is not best:
+        rounds[-1] = (again,)
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
+
+
+def _again(plain: Candidate, best: Candidate) -> Candidate:
+    """A candidate with each mistake but the last chosen again beside the others: when it was found, they were
+    still there.
+    """
+    for one in best.hypotheses[:-1]:
+        others = tuple(other for other in best.hypotheses if other is not one)
+        stated = plain.stated.changed([edit for other in others for edit in other.edits])
+        if (stated.study, stated.points) == (best.stated.study, best.stated.points):
+            continue  # a later one holds it too
+        base = Candidate(stated, scored(stated.problem()), others)
+        alike = [h for h in _of_kinds(base, list(KINDS)) if h.code == one.code]
+        best = min([best, *refined(base, alike)], key=_cost)
+    return best
 
 
 def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:

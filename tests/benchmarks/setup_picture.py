@@ -25,10 +25,16 @@ from tests.generator.spec import TestSpec
 PANELS = {
     "": "right: nothing is missed",
     "g_for_ms2": "g taken for m/s²: all FRFs ten times too small",
+    "hammer_x10": "sensitivity of the hammer ten times too small",
+    "mm_for_m": "mm/s² taken for m/s²",
     "velocity": "velocities: slope off by one power of ω",
+    "inverted": "1/H, force over response: peaks are dips",
+    "rad_per_s": "rad/s taken for Hz: fits, with drives 40 times too stiff",
+    "magnitudes": "magnitudes alone: there is no phase",
     "sign_j2": "sign of joint 2: another arm",
     "zero_j23": "zeros of joints 2 and 3 off by 90°",
     "order_reversed": "angles from the last joint to the first",
+    "from_ground": "joint 3 counted from the ground",
     "postures_mixed": "posture files mixed up",
     "world_axes": "axes of the room: peaks in the wrong channels",
     "nodes_exchanged": "two points exchanged: two sensors are off",
@@ -36,12 +42,16 @@ PANELS = {
     "masses_lb": "masses in pounds",
     "inertia_kg_cm2": "inertias in kg cm²",
     "wrong_link": "a point on another link: one sensor is off",
+    "links_shifted": "all points on the link before theirs",
+    "cube_turned": "a sensor turned by a right angle",
     "force_x10": "one force ten times too small",
     "no_payload": "a payload that is not told",
     "braked": "a brake on in this file: one drive stiffer",
 }
 _SECOND = ("braked",)
 """What is seen in the second posture."""
+_PHASE = ("channel_sign", "magnitudes")
+"""What is seen in the phase."""
 
 
 def main() -> None:
@@ -52,12 +62,12 @@ def main() -> None:
     given = parser.parse_args()
     spec = TestSpec(MAKES["large"](given.seed), seed=given.seed, binary=True, postures=2)
     right = told(spec)
-    figure, axes = plt.subplots(4, 4, figsize=(15, 10.8), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(6, 4, figsize=(15, 16), sharex=True, layout="constrained")
     for panel, (name, title) in zip(axes.flat, PANELS.items(), strict=True):
         test = SIMULATED[name](spec)[0] if name in SIMULATED else deepcopy(right)
         if name in SLIPS:
             SLIPS[name](test, np.random.default_rng(given.seed))
-        _draw(panel, _fitted(test), title, int(name in _SECOND), phase=name == "channel_sign")
+        _draw(panel, _fitted(test), title, int(name in _SECOND), phase=name in _PHASE)
     axes[0, 0].legend(frameon=False, fontsize=9)
     for panel in axes[-1]:
         panel.set_xlabel("frequency, Hz")
