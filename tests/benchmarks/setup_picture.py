@@ -50,6 +50,8 @@ PANELS = {
 }
 _SECOND = ("braked",)
 """What is seen in the second posture."""
+_LEVELLED = ("rad_per_s",)
+"""Where the fit is as good with any drives, up to a factor that it has then."""
 _PHASE = ("channel_sign", "magnitudes")
 """What is seen in the phase."""
 
@@ -67,7 +69,9 @@ def main() -> None:
         test = SIMULATED[name](spec)[0] if name in SIMULATED else deepcopy(right)
         if name in SLIPS:
             SLIPS[name](test, np.random.default_rng(given.seed))
-        _draw(panel, _fitted(test), title, int(name in _SECOND), phase=name in _PHASE)
+        fitted = _fitted(test)
+        factor = float(np.exp(fitted.level)) if name in _LEVELLED else 1.0
+        _draw(panel, fitted, title, int(name in _SECOND), factor=factor, phase=name in _PHASE)
     axes[0, 0].legend(frameon=False, fontsize=9)
     for panel in axes[-1]:
         panel.set_xlabel("frequency, Hz")
@@ -81,10 +85,10 @@ def _fitted(test: Told) -> Score:
     return Score(problem, found.values, found.cost, found.level)
 
 
-def _draw(panel: plt.Axes, score: Score, title: str, number: int, *, phase: bool) -> None:
+def _draw(panel: plt.Axes, score: Score, title: str, number: int, *, factor: float, phase: bool) -> None:
     """The FRF of a posture that is missed most, of those well above their noise."""
     target = score.problem.targets().frf[number]
-    measured, fitted = target.measured, target.predict_pairs(score.values)
+    measured, fitted = target.measured, factor * target.predict_pairs(score.values)
     loud = np.median(np.abs(measured), axis=0) > 10 * np.median(target.sigma, axis=0)
     moved = np.abs(fitted).max(axis=0) > 1e-6 * np.abs(fitted).max()
     with np.errstate(divide="ignore"):  # of a point that the model does not move

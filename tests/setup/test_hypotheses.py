@@ -153,6 +153,27 @@ _HOLDING = {"sensor-sign": "sensor-turned", "size": "sizes", "links-shifted": "l
 
 
 @pytest.mark.parametrize(
+    ("wrong", "kind", "said"),
+    [
+        (Correction(outputs={"9:+X": -1.0}), "sensor-turned", "channel 9:+X has the other sign"),
+        (Correction(inputs={"14:+Y": -1.0}), "sizes", "the force at 14:+Y has the other sign"),
+    ],
+)
+def test_what_is_reversed_is_seen_along_the_axes_of_the_base(
+    wrong: Correction, kind: str, said: str, tmp_path: Path
+) -> None:
+    measurements = _in_the_room(tmp_path)
+    for one in measurements:
+        path = Path(one["file"])
+        write_uff58(path, wrong.applied(load_frf_set(path, FrfFileOptions()), path.name))
+        one["correct"] = {"axes": "base"}
+    told = studies.of(tmp_path, studies.config(measurements=measurements))
+    plain = scored(told.problem())
+    [found] = [one for one in KINDS[kind](told, plain) if one.sentence == said]
+    assert scored(told.changed(found.edits).problem(), plain.values).cost < 0.5 * plain.cost
+
+
+@pytest.mark.parametrize(
     ("factor", "words"),
     [(1 / 9.80665, "in g where"), (10.0, "by ten"), (1000.0, "mm"), (4.448, "lbf"), (2.2046, "pounds")],
 )
