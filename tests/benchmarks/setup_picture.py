@@ -29,7 +29,7 @@ PANELS = {
     "mm_for_m": "mm/s² taken for m/s²",
     "velocity": "velocities: slope off by one power of ω",
     "inverted": "1/H, force over response: peaks are dips",
-    "rad_per_s": "rad/s taken for Hz: fits, with drives 40 times too stiff",
+    "rad_per_s": "rad/s taken for Hz: no peaks, drives far too stiff",
     "magnitudes": "magnitudes alone: there is no phase",
     "sign_j2": "sign of joint 2: another arm",
     "zero_j23": "zeros of joints 2 and 3 off by 90°",
