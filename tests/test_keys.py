@@ -91,6 +91,7 @@ VIBRATION: dict[str, Any] = {
     "measurements.frequency_step_hz": 0.5,
     "measurements.correct.factor": {"factor": 9.80665},
     "measurements.correct.quantity": {"quantity": "mobility"},
+    "measurements.correct.inverse": {"inverse": True},
     "measurements.correct.frequency": {"frequency": "rad/s"},
     "measurements.correct.nodes": {"nodes": {1: 2, 2: 1}},
     "measurements.correct.outputs": {"outputs": {"1:+X": -1.0}},

@@ -34,6 +34,10 @@ class Correction(Settings):
     quantity: Quantity | None = Field(
         None, description="what the FRFs really are: receptance, mobility or accelerance"
     )
+    inverse: bool = Field(
+        False,
+        description="whether each is force over response, 1/H, such as an apparent mass for an accelerance",
+    )
     frequency: Literal["Hz", "rad/s"] = Field("Hz", description="unit of the frequencies: Hz or rad/s")
     nodes: dict[int, int] = Field({}, description="what points of the file really are: {5: 6, 6: 5}")
     outputs: ByChannel = Field(
@@ -57,15 +61,24 @@ class Correction(Settings):
         outputs, rows = _corrected(self.outputs, named[0], f"{where} correct.outputs")
         inputs, columns = _corrected(self.inputs, named[1], f"{where} correct.inputs")
         factor = self.factor * rows[:, None] * columns
+        frf, noise = self._upright(data)
         return replace(
             data,
             frequency_hz=data.frequency_hz / (2 * np.pi if self.frequency == "rad/s" else 1.0),
-            frf=data.frf * factor,
-            noise=None if data.noise is None else data.noise * np.abs(factor),
+            frf=frf * factor,
+            noise=None if noise is None else noise * np.abs(factor),
             outputs=outputs,
             inputs=inputs,
             quantity=self.quantity or data.quantity,
         )
+
+    def _upright(self, data: FrfSet) -> tuple[Complex, Array | None]:
+        """FRFs as response over force, and their noise; none where such a one is infinite."""
+        if not self.inverse:
+            return data.frf, data.noise
+        with np.errstate(divide="ignore", invalid="ignore"):
+            frf = np.where(data.frf == 0, np.nan, 1 / data.frf)
+        return frf, None if data.noise is None else data.noise * np.abs(frf) ** 2
 
     def _at(self, channel: Channel, data: FrfSet, where: str) -> Channel:
         """A channel at its real point; InputError where the data have not the points that are named."""

@@ -32,6 +32,11 @@ def check_robot(robot: Robot) -> Iterator[Finding]:
         yield Finding("warn", "gravity", (), sentence, pull)
 
 
+def possible(robot: Robot) -> bool:
+    """Whether an arm may be as long, and its bodies as dense and wide."""
+    return not [*_length(robot), *_bodies(robot)]
+
+
 def robot_notes(robot: Robot) -> list[str]:
     """The same as notes of a result."""
     return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in check_robot(robot)]

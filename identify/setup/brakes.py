@@ -12,11 +12,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identify.core.thresholds import MISSING
 from identify.setup.decide import LEFT
 from identify.setup.edits import Edit
 from identify.setup.score import SLIGHT, Score, frf_targets, scored
 from identify.setup.soft import softened
 from identify.setup.stated import Stated
+from identify.setup.within import within
 
 _LEAST = float(np.log(1.5))
 """Logarithm of a ratio of stiffnesses: drives differ less from posture to posture."""
@@ -25,7 +27,8 @@ _LEAST = float(np.log(1.5))
 @dataclass(frozen=True)
 class Brake:
     """number: of the measurement; joint: from 1; ratio: how many times as stiff its drive is there as in the
-    others; share: of the squares of that file that are left; count: of its FRFs; others: the fit of them.
+    others; share: of the squares of that file that are left; count: of its FRFs; others: the fit of them;
+    alone, both: the fit of the file with that drive, and with another file without.
     """
 
     number: int
@@ -34,6 +37,15 @@ class Brake:
     share: float
     count: int
     others: Score
+    alone: Score
+    both: Score
+
+    def likely(self, stated: Stated) -> Brake:
+        """The same with the share that is left where errors of what was told are fitted along."""
+        others, alone, both = (
+            within(one, stated.uncertainty).worst for one in (self.others, self.alone, self.both)
+        )
+        return self if max(others, alone) > MISSING else replace(self, share=(alone / both) ** 2)
 
     def sentence(self, stated: Stated) -> str:
         """What was found."""
@@ -54,7 +66,11 @@ def brake(stated: Stated, first: Score) -> Brake | None:
     no drive leaves little.  Of two files it is the one where the drive is stiffer.
     """
     every = [one for number in stated.sets for one in _in(stated, first, number)]
-    found = [one for one in every if one.share <= LEFT and abs(np.log(one.ratio)) > _LEAST]
+    every = [one for one in every if abs(np.log(one.ratio)) > _LEAST]
+    if every and stated.uncertainty is not None:
+        joint = min(every, key=lambda one: one.share).joint
+        every = [one.likely(stated) if one.joint == joint else one for one in every]
+    found = [one for one in every if one.share <= LEFT]
     if not found:
         return None
     joint = min(found, key=lambda one: one.share).joint
@@ -70,7 +86,7 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
     alone = replace(stated, sets={number: stated.sets[number]}).problem()
     two = replace(stated, sets=dict(list({number: stated.sets[number], **rest.sets}.items())[:2]))
     both = scored(two.problem(), first.values)
-    before = min(_squares(one, 0) for one in (both, softened(both)))
+    before = _squares(both, 0)
     told = list(zip(alone.parameters, others.values, strict=True))
     stiff = [n for n, (p, _) in enumerate(told) if p.name.endswith(".rz.stiffness")]
     for place in stiff:
@@ -80,8 +96,11 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
         if abs(score.level - others.level) < SLIGHT:
             ratio = float(score.values[place] / others.values[place])
             joint = int(name.partition(".")[0].removeprefix("joint"))
-            left = _squares(score, 0)
-            yield Brake(number, joint, ratio, left / before, len(score.squares(levelled=True)[0]), others)
+            share = _squares(score, 0) / before
+            if share <= LEFT:  # else it does not matter what every spring explains
+                share *= max(before / _squares(softened(both), 0), 1.0)
+            count = len(score.squares(levelled=True)[0])
+            yield Brake(number, joint, ratio, share, count, others, score, both)
 
 
 def _squares(score: Score, place: int) -> float:

@@ -51,13 +51,13 @@ _REASONS: dict[float, tuple[str, ...]] = {
     2.0: ("amplitudes are peak to peak on one side and peaks on the other",),
 }
 """By the factor that the measured FRFs have beyond what they should."""
-_NEAR = 0.12
-"""A fitted factor is off by as much where masses are not quite as told: of known ones that are as near, the
-gap tells.
+NEAR = 0.12
+"""A fitted factor is off by as much in its logarithm where masses are not quite as told: of known ones that
+are as near, the gap tells.
 """
 
 
-def near(factor: float, within: float = _NEAR) -> list[Factor]:
+def near(factor: float, within: float = NEAR) -> list[Factor]:
     """All known factors within a logarithm of one, or itself where there is none."""
     sign = float(np.sign(factor))
     found = [known for known in _REASONS if abs(np.log(known / abs(factor))) < within]
@@ -74,6 +74,6 @@ def nearest(factor: float) -> Factor:
     sign, size = np.sign(factor), abs(factor)
     best = min(_REASONS, key=lambda known: abs(np.log(known / size)))
     reversed_ = " with the other sign" if sign < 0 else ""
-    if abs(np.log(best / size)) < _NEAR:
+    if abs(np.log(best / size)) < NEAR:
         return _known(float(sign), best)
     return Factor(float(f"{sign * size:.2g}"), f"{size:.2g} times{reversed_}")

@@ -21,13 +21,13 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.thresholds import CONVINCING, MISSING
+from identify.measured.quality_robot import possible
 from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched
 from identify.setup.soft import softened
-from identify.setup.stated import Stated
 from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
 
@@ -72,18 +72,17 @@ class Decision:
 def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
     best, others = needed(found)
-    soft = softened(found.plain.score), softened(best.score)
-    factor = _factor(soft[1]) or _factor_within(best)
+    factor = _factor(best) or _factor_within(best)
     mistakes = len(best.hypotheses) + (factor is not None)
     if not mistakes:
         return None
     touched = _touched(found.plain, best, factor)
-    share = _left(soft, (found.plain.score, best.score), touched, levelled=factor is not None)
+    share = _left(found.plain.score, best.score, touched, levelled=factor is not None)
     price = mistakes * np.log(max(found.asked, 1))
     count = sum(int(one.sum()) for one in touched)
     log_odds = _log_odds(share, count) - price
     if log_odds < CONVINCING:
-        share = _left_within(found.plain, best, soft[0], levelled_too=factor is not None)
+        share = _left_within(found.plain, best, levelled_too=factor is not None)
         log_odds = _log_odds(share, sum(len(one) for one in touched)) - price
     if log_odds < CONVINCING:
         return None
@@ -103,20 +102,18 @@ def _log_odds(share: float, count: int) -> float:
     return -0.5 * count * float(np.log(share)) if share <= LEFT else -np.inf
 
 
-def _left(
-    soft: tuple[Score, Score], own: tuple[Score, Score], touched: Sequence[Mask], *, levelled: bool
-) -> float:
+def _left(plain: Score, best: Score, touched: Sequence[Mask], *, levelled: bool) -> float:
     """The share of squares that a correction leaves of what it touches, with every spring, or infinity where
     it leaves too much in the study's own model.
     """
-    shares = [
-        _sum(after, touched, levelled=levelled) / _sum(before, touched, levelled=False)
-        for before, after in (soft, own)
-    ]
-    return shares[0] if shares[1] <= LEFT else np.inf
+
+    def share(before: Score, after: Score) -> float:
+        return _sum(after, touched, levelled=levelled) / _sum(before, touched, levelled=False)
+
+    return share(softened(plain), softened(best)) if share(plain, best) <= LEFT else np.inf
 
 
-def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too: bool) -> float:
+def _left_within(plain: Candidate, best: Candidate, *, levelled_too: bool) -> float:
     """The share of squares that a correction leaves where what was stated to be uncertain may be so, of
     those of the study's own model and with every spring; infinity where something is missing all the same.
     """
@@ -127,7 +124,7 @@ def _left_within(plain: Candidate, best: Candidate, soft: Score, *, levelled_too
     after, before = within(corrected, uncertain).worst, within(plain.score, uncertain).worst
     if after > MISSING or after**2 > LEFT * before**2:
         return np.inf
-    return float((after / min(before, within(soft, uncertain).worst)) ** 2)
+    return float((after / min(before, within(softened(plain.score), uncertain).worst)) ** 2)
 
 
 def needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
@@ -140,7 +137,7 @@ def needed(found: Searched) -> tuple[Candidate, tuple[Candidate, ...]]:
     best, *others = rounds[-1]
     for hypothesis in best.hypotheses[:-1]:
         rest = _without(found.plain, best, hypothesis)
-        if rest is not None and not _worth(rest, best):
+        if rest is not None and possible(rest.stated.robot) and not _worth(rest, best):
             best, others = rest, []
     return best, tuple(others)
 
@@ -153,16 +150,7 @@ def _worth(before: Candidate, after: Candidate) -> bool:
     sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
     if sums[1] <= LEFT * sums[0]:
         return True
-    scores = [levelled(one.stated, one.score) for one in (before, after)]
-    return _less_within(scores[0], scores[1], after.stated)
-
-
-def _less_within(before: Score, after: Score, stated: Stated) -> bool:
-    """The same where what was stated to be uncertain may be so."""
-    if stated.uncertainty is None:
-        return False
-    worst = [within(one, stated.uncertainty).worst for one in (before, after)]
-    return worst[1] ** 2 <= LEFT * worst[0] ** 2
+    return after.stated.uncertainty is not None and after.within.worst**2 <= LEFT * before.within.worst**2
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
@@ -179,22 +167,23 @@ def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candi
     return Candidate(stated, min((scored(problem, x) for x in starts), key=lambda one: one.cost), others)
 
 
-def _factor(score: Score) -> Factor | None:
-    """The common factor of the measured FRFs, where it is a mistake: of what is left with it, without it
-    there would be four times as much.
+def _factor(best: Candidate) -> Factor | None:
+    """The common factor of the measured FRFs, where it is a mistake: of what is left with it and with every
+    spring, without it there would be four times as much.
     """
-    if abs(score.level) < SLIGHT:
+    if abs(best.score.level) < SLIGHT or abs((soft := softened(best.score)).level) < SLIGHT:
         return None
-    without, with_it = (sum(float(one.sum()) for one in score.squares(levelled=it)) for it in (False, True))
-    return nearest(np.exp(score.level)) if with_it <= LEFT * without else None
+    without, with_it = (sum(float(one.sum()) for one in soft.squares(levelled=it)) for it in (False, True))
+    return nearest(np.exp(soft.level)) if with_it <= LEFT * without else None
 
 
 def _factor_within(best: Candidate) -> Factor | None:
     """The same where what was stated to be uncertain may be so."""
-    if abs(best.score.level) < SLIGHT:
+    uncertain = best.stated.uncertainty
+    if uncertain is None or abs(best.score.level) < SLIGHT:
         return None
-    level = levelled(best.stated, best.score)
-    return nearest(np.exp(best.score.level)) if _less_within(best.score, level, best.stated) else None
+    less = best.within.worst**2 <= LEFT * within(best.score, uncertain).worst ** 2
+    return nearest(np.exp(best.score.level)) if less else None
 
 
 def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,7 +13,7 @@ from identify.core.threads import one_thread
 from identify.core.thresholds import CONVINCING
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.brakes import brake
-from identify.setup.constants import Factor, near
+from identify.setup.constants import NEAR, Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
@@ -28,6 +29,7 @@ _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
 _TOLD_APART = 1.02
 """Times the least gap up to which another explanation is as good."""
+_SIGMAS = 3.0
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
 
@@ -115,12 +117,12 @@ def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     decision = decided(searched(as_stated, first))
     if decision is None:
         return Found(Looked(gap, _braked(as_stated, first, gap)), first)
-    every = [_put(as_stated, one) for one in (decision, *decision.others[:_OTHERS])]
-    if min(every, key=_gap).decision.factor is not None:
-        every += [_put(as_stated, one) for one in decision.level[:_OTHERS]]
-    best, *others = sorted(every, key=_gap)
-    if best.gap >= gap:
+    every = _put_right(as_stated, [decision, *decision.others[:_OTHERS]])
+    if every and min(every, key=_gap).decision.factor is not None:
+        every += _put_right(as_stated, decision.level[:_OTHERS])
+    if not every or min(map(_gap, every)) >= gap:
         return Found(Looked(gap), first)
+    best, *others = sorted(every, key=_gap)
     alike = [one.decision for one in others if one.gap <= _TOLD_APART * best.gap]
     mistakes = _mistakes(best.decision, alike)
     sure = _sure(decision.log_odds)
@@ -177,15 +179,34 @@ def _right(stated: Stated, score: Score) -> bool:
     return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
 
 
-def _put(as_stated: Stated, decision: Decision) -> _Put:
-    """A decision with the known factor near that which was found that leaves the least gap."""
+def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:
+    """Those that make a study: one with a payload of nothing does not."""
     found = []
-    for factor in (None,) if decision.factor is None else near(decision.factor.value):
+    for one in decisions:
+        with suppress(InputError, InputErrors):
+            found += _put(as_stated, one)
+    return found
+
+
+def _put(as_stated: Stated, decision: Decision) -> list[_Put]:
+    """A decision with each known factor near that which was found, of which the gap may tell."""
+    found = []
+    apart = _apart(as_stated)
+    for factor in (None,) if decision.factor is None else near(decision.factor.value, apart):
         chosen = replace(decision, factor=factor)
         edits = (*_edits(chosen), *_of_factor(chosen))
         score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
         found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
-    return min(found, key=_gap)
+    return found
+
+
+def _apart(as_stated: Stated) -> float:
+    """The logarithm by which a fitted common factor may be off: more beside uncertain masses and forces."""
+    uncertain = as_stated.uncertainty
+    some = (
+        () if uncertain is None else (uncertain.std("links", "mass"), uncertain.std("channels", "force_gain"))
+    )
+    return float(np.linalg.norm([NEAR, *(_SIGMAS * one for one in some)]))
 
 
 def _edits(decision: Decision) -> tuple[Change, ...]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
+from identify.core.arrays import Array
 from identify.setup.edits import Change
 from identify.setup.score import Score
 from identify.setup.stated import Stated
 
-Around = Callable[[int], "list[Hypothesis]"]
+Moved = Callable[[Array], "Hypothesis"]
 Settle = Callable[[Score], tuple[Change, ...]]
 
 
@@ -18,8 +19,7 @@ class Hypothesis:
     """code: of its kind; sentence: what was done, as "the angles of joint 2 have the other sign"; edits: what
     puts it right; settle: the edits that a fit of it leads to, where they hold a number that was fitted
     along; about: what it is about, of which one mistake at a time is looked for; count: how many it is;
-    around: where it holds a number that is only about right, the same with others, by how many times their
-    distance was halved.
+    numbers (n,): what it holds that is only about right, by less than reach; moved: the same with others.
     """
 
     code: str
@@ -28,7 +28,9 @@ class Hypothesis:
     about: str
     settle: Settle | None = None
     count: int = 1
-    around: Around | None = None
+    numbers: Array | None = None
+    reach: float = 0.0
+    moved: Moved | None = None
 
     def settled(self, score: Score) -> tuple[Change, ...]:
         """What puts it right, with the numbers that a fit found."""

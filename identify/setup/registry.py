@@ -7,6 +7,7 @@ from identify.setup.kinds import angles, bodies, channels, readout
 
 KINDS: dict[str, Kind] = {
     "quantity": readout.quantity,
+    "inverse": readout.inverse,
     "axes": readout.base_axes,
     "postures": readout.postures,
     "joint-sign": angles.signs,

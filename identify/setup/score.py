@@ -10,7 +10,8 @@ stiffnesses, over what drives of robots have.
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -25,8 +26,8 @@ from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-_FARTHEST = 10.0
-"""Logarithms beyond which nothing more is said: mistakes of units may be a factor of ten thousand."""
+_FARTHEST = 25.0
+"""Logarithms beyond which nothing more is said: g mm2 for kg m2 are a factor of 1e9."""
 _STILL = 1e-8
 """Times the largest FRF that a point has which does not move but for rounding."""
 _SCALES, _SLOPES = tuple(np.linspace(-3.0, 3.0, 9)), (-1.0, 0.0, 1.0)
@@ -122,15 +123,15 @@ class LogShape(ProductObjective):
             self._last = values.tobytes(), found
         return self._last[1]
 
-    def squares(self, values: Array, level: float = 0.0) -> list[Array]:
-        """Squares by FRF (pairs,) of each set, less what a common factor exp(level) explains; zero for FRFs
-        that the model does not move.
+    def left(self, values: Array, level: float = 0.0) -> list[Complex]:
+        """Weighted logarithms (lines, pairs) of each set, less what a common factor exp(level) explains; zero
+        for FRFs that the model does not move.
         """
         found = []
         for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
             logs = self._logs(number, seen, self._slopes(values)[number][0]) + level
-            own = np.zeros(len(self.targets[number].pairs[0]))
-            own[seen] = np.sum(weight**2 * np.abs(logs) ** 2, axis=0)
+            own = np.zeros((len(logs), len(self.targets[number].pairs[0])), dtype=complex)
+            own[:, seen] = weight * logs
             found.append(own)
         return found
 
@@ -159,20 +160,25 @@ def _weights(target: FrfTarget, seen: Index) -> Array:
     return np.asarray(1.0 / np.hypot(LOG_FLOOR, target.sigma[:, seen] / np.abs(target.measured[:, seen])))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Score:
     """A variant that was fitted quickly: values (parameters,), RMS of logarithms in tenths, and the logarithm
-    of the factor that the measured FRFs have.
+    of the factor that the measured FRFs have; asked: what was found of it.
     """
 
     problem: Problem
     values: Array
     cost: float
     level: float
+    asked: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def residuals(self, *, levelled: bool) -> list[Complex]:
+        """(lines, pairs) of each set, in tenths of a logarithm; levelled: beside the common factor."""
+        return LogShape(self.problem).left(self.values, self.level if levelled else 0.0)
 
     def squares(self, *, levelled: bool) -> list[Array]:
-        """By FRF (pairs,) of each set, in tenths of a logarithm; levelled: beside the common factor."""
-        return LogShape(self.problem).squares(self.values, self.level if levelled else 0.0)
+        """Their squares by FRF (pairs,) of each set."""
+        return [np.sum(np.abs(one) ** 2, axis=0) for one in self.residuals(levelled=levelled)]
 
 
 def scored(

@@ -10,13 +10,15 @@ from functools import cached_property
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.fitting.optimizers.gauss_newton import GaussNewton
+from identify.measured.quality_robot import possible
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
 from identify.setup.stated import Stated
-from identify.setup.within import levelled, within
+from identify.setup.within import Within, levelled, within
 from identify.vibration.problem import Problem
 
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)
@@ -30,10 +32,15 @@ _ROUNDS = 3
 """Mistakes at once that are looked for."""
 _HELPS = 0.85
 """Times the cost that a mistake must come down to, to be looked at further."""
+_BODIES = ("robot-units",)
+"""Kinds that make bodies possible which cannot be."""
+_LIKELY = 5
+"""Hypotheses of a round of which the likelihood is asked where no logarithm helps."""
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
-_HALVINGS, _STEPS = 6, 2
-"""How often steps of a number that is only about right are halved, and how many of each are made."""
+_STEPS, _CLOSER, _FARTHER = 4, 0.5, 3.0
+"""Steps of numbers that are only about right, how much smaller the differences between which slopes are taken
+become with each, and how many times as long as these a step may be."""
 _NOTHING = 1e-3
 """Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
 upright."""
@@ -55,6 +62,11 @@ class Candidate:
     def codes(self) -> tuple[str, ...]:
         """The codes of its hypotheses."""
         return tuple(one.code for one in self.hypotheses)
+
+    @property
+    def within(self) -> Within:
+        """What is left within what was stated to be uncertain, beside the common factor."""
+        return within(levelled(self.stated, self.score), self.stated.uncertainty)
 
     @cached_property
     def moving(self) -> int:
@@ -85,24 +97,60 @@ def searched(stated: Stated, score: Score) -> Searched:
             break
         tried, count = _round(best)
         asked = max(asked, count)
-        if explained or not tried or _cost(tried[0]) > _HELPS * _cost(best):
+        better = [] if explained else _better(best, tried)
+        if not better:
             level = [one for one in tried if abs(one.score.level) < SLIGHT]
             rivals = [one for one in level if one.score.cost <= _AS_GOOD * best.score.cost]
             break
-        best = tried[0]
-        rounds.append(tuple(tried))
+        best = better[0]
+        rounds.append(tuple(better))
+    if len(rounds) > 1 and (again := _again(plain, best)) is not best:
+        rounds[-1] = (again,)
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
+
+
+def _again(plain: Candidate, best: Candidate) -> Candidate:
+    """A candidate with each mistake but the last chosen again beside the others: when it was found, they were
+    still there.
+    """
+    for one in best.hypotheses[:-1]:
+        others = tuple(other for other in best.hypotheses if other is not one)
+        stated = plain.stated.changed([edit for other in others for edit in other.edits])
+        if (stated.study, stated.points) == (best.stated.study, best.stated.points):
+            continue  # a later one holds it too
+        base = Candidate(stated, scored(stated.problem()), others)
+        alike = [h for h in _of_kinds(base, list(KINDS)) if h.code == one.code]
+        best = min([best, *refined(base, alike)], key=_cost)
+    return best
+
+
+def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
+    """What was tried, best first, if that helps: by logarithms, or, because errors of what was told leave
+    these apart too, by the likelihood with such errors fitted along.  Bodies that can be help in any case.
+    """
+    if tried and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot)):
+        return tried
+    if base.stated.uncertainty is None:
+        return []
+    likely = sorted(tried[:_LIKELY], key=lambda one: one.within.worst)
+    return likely + tried[_LIKELY:] if likely and likely[0].within.worst <= 0.5 * base.within.worst else []
 
 
 def _explained(one: Candidate) -> bool:
     """Whether a candidate leaves nothing to be explained, but a common factor."""
     if one.score.cost <= ROUGH:
         return True
-    return within(levelled(one.stated, one.score), one.stated.uncertainty).explained
+    return one.within.explained
 
 
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
-    """One more mistake on top of those of a candidate, best first; and how many were asked for."""
+    """One more mistake on top of those of a candidate, best first; and how many were asked for.  Of a robot
+    whose bodies cannot be, only what makes them possible.
+    """
+    if not possible(base.stated.robot):
+        some = [h for h in _of_kinds(base, _BODIES) if possible(base.stated.changed(h.edits).robot)]
+        if some:
+            return _least_level(refined(base, some)), len(some)
     soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
     tried = refined(base, soon)
     if not tried or _cost(tried[0]) > _HELPS * _cost(base):
@@ -112,14 +160,19 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
     return tried, len(soon)
 
 
+def _least_level(tried: list[Candidate]) -> list[Candidate]:
+    """Of bodies that are the same up to a common factor, those first that need none."""
+    alike = [one for one in tried if one.score.cost <= _MORE * tried[0].score.cost]
+    return sorted(alike, key=lambda one: abs(one.score.level)) + tried[len(alike) :]
+
+
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, the most promising, best first."""
     small = base.stated.glanced()
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
     glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
     settled = sorted([_settled(base, one) for one in _promising(glanced)], key=_cost)
-    about = [n for n, one in enumerate(settled) if one.hypotheses[-1].around][:1]
-    for n in about:
+    for n in [n for n, one in enumerate(settled) if one.hypotheses[-1].moved][:1]:
         settled[n] = _finer(settled[n])
     settled.sort(key=_cost)
     return sorted([*map(_anew, settled[:_ANEW]), *settled[_ANEW:]], key=_cost)
@@ -128,7 +181,7 @@ def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
 def _promising(glanced: Sequence[Candidate]) -> list[Candidate]:
     """The best; of those that hold a number which is only about right few, which are then made better."""
     best = sorted(glanced, key=_cost)
-    about = [one for one in best if one.hypotheses[-1].around][_ABOUT:]
+    about = [one for one in best if one.hypotheses[-1].moved][_ABOUT:]
     return [one for one in best if not any(one is other for other in about)][:_PROMISING]
 
 
@@ -182,17 +235,36 @@ def _anew(one: Candidate) -> Candidate:
 
 
 def _finer(one: Candidate) -> Candidate:
-    """A candidate whose last mistake holds a number that is only about right, with better ones."""
-    best = one
-    for halved in [halved for halved in range(_HALVINGS) for _ in range(_STEPS)]:
-        around = best.hypotheses[-1].around
-        tried = [_moved(best, other) for other in (around(halved) if around else [])]
-        best = min([best, *tried], key=_cost)
+    """A candidate whose last mistake holds numbers that are only about right, with better ones: Gauss-Newton
+    on what a fit of all else leaves, with slopes from differences.
+    """
+    best, reach = one, one.hypotheses[-1].reach
+    for _ in range(_STEPS):
+        numbers = best.hypotheses[-1].numbers
+        assert numbers is not None
+        sides = [_moved(best, numbers + reach * axis) for axis in np.eye(len(numbers))]
+        left, *others = (_residuals(found) for found in (best, *sides))
+        if any(len(other) != len(left) for other in others):
+            break  # other channels are moved there
+        slopes = np.array([other - left for other in others]).T
+        step = -np.linalg.lstsq(slopes, left, rcond=None)[0]
+        step *= min(1.0, _FARTHER / max(float(np.linalg.norm(step)), 1e-9))
+        best = min([best, *sides, _moved(best, numbers + reach * step)], key=_cost)
+        reach *= _CLOSER
     return best
 
 
-def _moved(one: Candidate, last: Hypothesis) -> Candidate:
-    """A candidate with another last mistake at the same keys."""
+def _residuals(one: Candidate) -> Array:
+    """All of them, real (n,)."""
+    found = np.concatenate([some.ravel() for some in one.score.residuals(levelled=True)])
+    return np.concatenate([found.real, found.imag])
+
+
+def _moved(one: Candidate, numbers: Array) -> Candidate:
+    """A candidate with other numbers in its last mistake."""
+    before = one.hypotheses[-1]
+    assert before.moved is not None
+    last = before.moved(numbers)
     stated = one.stated.changed(last.edits)
-    score = scored(stated.problem(), one.score.values, _GLANCE)
+    score = scored(stated.problem(), one.score.values)
     return Candidate(stated, score, (*one.hypotheses[:-1], last))

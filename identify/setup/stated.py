@@ -13,18 +13,20 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import parse_yaml, plain
 from identify.measured.frf_set import FrfSet
 from identify.robot.description import Robot
+from identify.robot.engine import Engine
 from identify.robot.points import Point, check_links
 from identify.robot.read import read_robot
 from identify.setup.edits import Change, OnLink, edited
 from identify.vibration.given import Given, along_links, given_of, in_band, posture_of, read_as_they_are
 from identify.vibration.nuisances.settings import UncertaintySettings
-from identify.vibration.problem import Problem, assembled
+from identify.vibration.postures import Built, Stand
+from identify.vibration.problem import Problem, already_built, assembled
 from identify.vibration.study import MeasurementSettings, Study, StudyFile
 
 LINES = 20
 """Lines of each measurement that are looked at: some for each mode of a band."""
-_GLANCED, _GLANCED_SETS = 20, 2
-"""Lines, of the band and of that in rad/s, and measurements at a first look."""
+_GLANCED, _GLANCED_SETS = 12, 2
+"""Lines and measurements at a first look."""
 _SETS = 3
 """Measurements that are looked at."""
 
@@ -35,8 +37,8 @@ class Stated:
 
     data: of its file, plain; sets: its FRFs by number of measurement, as their files have them, with their
     noise and few lines; records: length of the records behind them, s; uncertainty: how far off what it says
-    may be, with which no variant is fitted at first; robots: those read so far, by what the study says of
-    them.
+    may be, with which no variant is fitted at first; lines: of each measurement that are looked at; robots,
+    engines: those made so far, by what the study says of them.
     """
 
     file: StudyFile
@@ -45,7 +47,9 @@ class Stated:
     sets: Mapping[int, FrfSet]
     records: Mapping[int, float | None]
     uncertainty: UncertaintySettings | None = None
+    lines: int = LINES
     robots: dict[str, Robot] = field(default_factory=dict, repr=False)
+    engines: dict[str, dict[Stand, Engine]] = field(default_factory=dict, repr=False)
 
     @property
     def study(self) -> Study:
@@ -80,19 +84,23 @@ class Stated:
 
     def glanced(self) -> Stated:
         """The same at fewer lines of fewer measurements, for a first look at many variants."""
-        some = dict(list(self.sets.items())[:_GLANCED_SETS])
-        return replace(self, sets={number: data.evenly(_GLANCED) for number, data in some.items()})
+        return replace(self, sets=dict(list(self.sets.items())[:_GLANCED_SETS]), lines=_GLANCED)
 
     def problem(self) -> Problem:
         """The study with its few lines, ready to be fitted; InputError as `load_problem`."""
         check_links(self.points, self.robot)
-        return assembled(self.file, self.robot, dict(self.points), list(self._given()))
+        engines = self.engines.setdefault(self.study.robot.model_dump_json(), {})
+        built, given = Built(engines), list(self._given())
+        problem = assembled(self.file, self.robot, dict(self.points), given, built=built)
+        engines.update(already_built(problem, with_sites=False).engines)
+        return problem
 
     def _given(self) -> Iterator[Given]:
         for number, data in self.sets.items():
             settings = self.study.measurements[number]
             right = settings.correct.applied(data, f"measurement {number}")
             right = in_band(right.chosen(settings.outputs, settings.inputs, ""), self.study.band_hz, "")
+            right = right.evenly(self.lines)
             posture = posture_of(self.study, settings, self.robot, number)
             given = Given(f"{number}", settings, posture, right)
             yield along_links(given, self.robot, self.points)
@@ -120,19 +128,19 @@ def stated(problem: Problem) -> Stated:
 
 
 def _few(file: StudyFile, given: Given) -> FrfSet:
-    """A measurement as its file has it, with its noise, at a few lines of the band, and of it in rad/s."""
+    """A measurement as its file has it, with its noise, at a few lines of the band, and beyond it of the band
+    in rad/s.
+    """
     settings = given.settings
     raw = read_as_they_are(file, settings)
-    band = file.study.band_hz or (float(raw.frequency_hz[0]), float(raw.frequency_hz[-1]))
-    keep = np.zeros(len(raw.frequency_hz), dtype=bool)
-    for factor in (1.0, 2 * np.pi):
-        inside = np.flatnonzero(
-            (raw.frequency_hz >= factor * band[0])
-            & (raw.frequency_hz <= factor * band[1])
-            & (raw.frequency_hz > 0)
-        )
-        if len(inside):
-            keep[inside[np.linspace(0, len(inside) - 1, LINES).astype(int)]] = True
-    whole = given_of(settings, given.name, given.posture, raw.lines(raw.frequency_hz > 0)).data
+    frequency = raw.frequency_hz
+    low, high = file.study.band_hz or (float(frequency[0]), float(frequency[-1]))
+    inside = (frequency >= low) & (frequency <= high) & (frequency > 0)
+    beyond = (frequency > high) & (frequency <= 2 * np.pi * high)
+    keep = np.zeros(len(frequency), dtype=bool)
+    for some in map(np.flatnonzero, (inside, beyond)):
+        if len(some):
+            keep[some[np.linspace(0, len(some) - 1, LINES).astype(int)]] = True
+    whole = given_of(settings, given.name, given.posture, raw.lines(frequency > 0)).data
     assert isinstance(whole, FrfSet)
-    return whole.lines(keep[raw.frequency_hz > 0])
+    return whole.lines(keep[frequency > 0])

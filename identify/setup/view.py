@@ -17,6 +17,8 @@ from identify.robot.points import Point
 from identify.setup.score import Score, frf_targets
 from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.given import base_axes
+from identify.vibration.problem import Measurement
 
 
 @dataclass(frozen=True)
@@ -24,10 +26,12 @@ class Beside:
     """One measurement.
 
     channels: the file's, of each point and axis, None where it has none; measured, predicted (lines, nodes,
-    3, inputs) along +x, +y, +z, the prediction with the common factor; weight (lines, nodes, 1, 1): one over
-    the square of what is expected to be off: noise, and a tenth of what the point does there.
+    3, inputs) along +x, +y, +z of the axes that the file has, the prediction with the common factor; weight
+    (lines, nodes, 1, 1): one over the square of what is expected to be off: noise, and a tenth of what the
+    point does there.
     """
 
+    measurement: Measurement
     target: FrfTarget
     nodes: tuple[int, ...]
     channels: tuple[tuple[Channel | None, ...], ...]
@@ -43,15 +47,16 @@ class Beside:
 
     def of(self, point: Point, score: Score) -> Complex:
         """What the model says of a point (lines, 3, inputs)."""
-        return np.asarray(_predicted(self.target, score, [point])[:, 0])
+        return np.asarray(_predicted(self.measurement, self.target, score, [point])[:, 0])
 
 
 def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
     """Every measurement beside a fitted model."""
-    return [_beside(target, score, points) for target in frf_targets(score.problem)]
+    pairs = zip(score.problem.measurements, frf_targets(score.problem), strict=True)
+    return [_beside(m, target, score, points) for m, target in pairs]
 
 
-def _beside(target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Beside:
+def _beside(m: Measurement, target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Beside:
     data = target.data
     nodes = tuple(dict.fromkeys(one.node for one in data.outputs if 0 < abs(one.direction) <= 3))
     shape = (len(data.frequency_hz), len(nodes), 3, len(data.inputs))
@@ -64,22 +69,39 @@ def _beside(target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Bes
             channels[at[0]][at[1]] = one
             if target.noise is not None:
                 noise[:, at[0], at[1]] = target.noise[:, number]
+    if m.settings.correct.axes == "base":
+        turns = np.array([_axes(m, points[node]) for node in nodes])
+        measured = np.einsum("nji,lnjk->lnik", turns, measured) @ _forces(m, target, points)
     power = np.nanmean(np.abs(measured) ** 2, axis=(2, 3), keepdims=True)
     weight = 1 / (2 * np.mean(noise**2, axis=(2, 3), keepdims=True) + LOG_FLOOR**2 * power)
-    predicted = _predicted(target, score, [points[node] for node in nodes])
+    predicted = _predicted(m, target, score, [points[node] for node in nodes])
     kept = tuple(tuple(row) for row in channels)
-    return Beside(target, nodes, kept, measured, predicted, np.nan_to_num(weight))
+    return Beside(m, target, nodes, kept, measured, predicted, np.nan_to_num(weight))
 
 
-def _predicted(target: FrfTarget, score: Score, points: Sequence[Point]) -> Complex:
+def _predicted(m: Measurement, target: FrfTarget, score: Score, points: Sequence[Point]) -> Complex:
     """(lines, points, 3, inputs), with the common factor."""
-    system, values = target.system, score.values
+    system, values, force = target.system, score.values, target.force
     rows = [point.axes @ system.jacobian(point.link, point.position)[:3] for point in points]
-    h = frf(
-        *system.matrices(values),
-        target.data.s,
-        np.concatenate(rows),
-        target.force,
-        POWER[target.data.quantity],
-    )
+    if m.settings.correct.axes == "base":
+        rows = [_axes(m, point).T @ one for point, one in zip(points, rows, strict=True)]
+        force = force @ _forces(m, target, score.problem.points)
+    matrices, power = system.matrices(values), POWER[target.data.quantity]
+    h = frf(*matrices, target.data.s, np.concatenate(rows), force, power)
     return np.asarray(np.exp(score.level) * h.reshape(len(h), len(points), 3, -1))
+
+
+def _axes(m: Measurement, point: Point) -> Array:
+    """A point's axes (3, 3), as rows, in those of the base."""
+    return base_axes(m.system.site.engine, point)
+
+
+def _forces(m: Measurement, target: FrfTarget, points: Mapping[int, Point]) -> Array:
+    """(inputs, inputs): forces along the axes of the points made of those along the axes of the base."""
+    inputs = target.data.inputs
+    found = np.zeros((len(inputs), len(inputs)))
+    for a, one in enumerate(inputs):
+        for b, other in enumerate(inputs):
+            if one.node == other.node:
+                found[a, b] = _axes(m, points[one.node])[one.axis, other.axis]
+    return found

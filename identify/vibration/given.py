@@ -94,8 +94,13 @@ def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Give
     for node in {one.node for one in (*given.data.outputs, *given.data.inputs)}:
         if node not in points:
             raise InputError(given.name, f"channels of point {node}", "a point of the points file")
-        axes[node] = points[node].axes @ engine.axes(points[node].link).T
+        axes[node] = base_axes(engine, points[node])
     return replace(given, data=turned(given.data, axes, given.name))
+
+
+def base_axes(engine: Engine, point: Point) -> Array:
+    """Directions (3, 3) of a point's axes, as rows, in those of the base."""
+    return point.axes @ engine.axes(point.link).T
 
 
 def posture_of(study: Study, settings: MeasurementSettings, robot: Robot, number: int) -> Array:

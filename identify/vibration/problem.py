@@ -260,7 +260,7 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
         given,
         values,
         problem.reference,
-        _built(problem, with_sites=same),
+        already_built(problem, with_sites=same),
         problem.nuisances,
     )
 
@@ -272,7 +272,7 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     told = [m.given for m in problem.measurements]
     nuisances, given = _uncertain(settings, problem.robot, problem.points, told)
     robot, points, reference = problem.robot, problem.points, problem.reference
-    built = _built(problem, with_sites=True)
+    built = already_built(problem, with_sites=True)
     return assembled(file, robot, points, given, values, reference, built, nuisances)
 
 
@@ -287,11 +287,11 @@ def uncertain_as(problem: Problem, other: Problem) -> Problem:
 def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
     """The same robot, effects and start values with other data of the same measurements."""
     values = {p.name: p.initial for p in problem.parameters}
-    built, rest = _built(problem, with_sites=True), (problem.reference, problem.nuisances)
+    built, rest = already_built(problem, with_sites=True), (problem.reference, problem.nuisances)
     return assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
 
 
-def _built(problem: Problem, *, with_sites: bool) -> Built:
+def already_built(problem: Problem, *, with_sites: bool) -> Built:
     """The engines of a problem, with its sites where they stay as they are."""
     sites = {stand(m.given.posture, m.settings.detached): m.system.site for m in problem.measurements}
     engines = {key: site.engine for key, site in sites.items()}

@@ -25,10 +25,16 @@ from tests.generator.spec import TestSpec
 PANELS = {
     "": "right: nothing is missed",
     "g_for_ms2": "g taken for m/s²: all FRFs ten times too small",
+    "hammer_x10": "sensitivity of the hammer ten times too small",
+    "mm_for_m": "mm/s² taken for m/s²",
     "velocity": "velocities: slope off by one power of ω",
+    "inverted": "1/H, force over response: peaks are dips",
+    "rad_per_s": "rad/s taken for Hz: no peaks, drives far too stiff",
+    "magnitudes": "magnitudes alone: there is no phase",
     "sign_j2": "sign of joint 2: another arm",
     "zero_j23": "zeros of joints 2 and 3 off by 90°",
     "order_reversed": "angles from the last joint to the first",
+    "from_ground": "joint 3 counted from the ground",
     "postures_mixed": "posture files mixed up",
     "world_axes": "axes of the room: peaks in the wrong channels",
     "nodes_exchanged": "two points exchanged: two sensors are off",
@@ -36,12 +42,18 @@ PANELS = {
     "masses_lb": "masses in pounds",
     "inertia_kg_cm2": "inertias in kg cm²",
     "wrong_link": "a point on another link: one sensor is off",
+    "links_shifted": "all points on the link before theirs",
+    "cube_turned": "a sensor turned by a right angle",
     "force_x10": "one force ten times too small",
     "no_payload": "a payload that is not told",
     "braked": "a brake on in this file: one drive stiffer",
 }
 _SECOND = ("braked",)
 """What is seen in the second posture."""
+_LEVELLED = ("rad_per_s",)
+"""Where the fit is as good with any drives, up to a factor that it has then."""
+_PHASE = ("channel_sign", "magnitudes")
+"""What is seen in the phase."""
 
 
 def main() -> None:
@@ -52,12 +64,14 @@ def main() -> None:
     given = parser.parse_args()
     spec = TestSpec(MAKES["large"](given.seed), seed=given.seed, binary=True, postures=2)
     right = told(spec)
-    figure, axes = plt.subplots(4, 4, figsize=(15, 10.8), sharex=True, layout="constrained")
+    figure, axes = plt.subplots(6, 4, figsize=(15, 16), sharex=True, layout="constrained")
     for panel, (name, title) in zip(axes.flat, PANELS.items(), strict=True):
         test = SIMULATED[name](spec)[0] if name in SIMULATED else deepcopy(right)
         if name in SLIPS:
             SLIPS[name](test, np.random.default_rng(given.seed))
-        _draw(panel, _fitted(test), title, int(name in _SECOND), phase=name == "channel_sign")
+        fitted = _fitted(test)
+        factor = float(np.exp(fitted.level)) if name in _LEVELLED else 1.0
+        _draw(panel, fitted, title, int(name in _SECOND), factor=factor, phase=name in _PHASE)
     axes[0, 0].legend(frameon=False, fontsize=9)
     for panel in axes[-1]:
         panel.set_xlabel("frequency, Hz")
@@ -71,10 +85,10 @@ def _fitted(test: Told) -> Score:
     return Score(problem, found.values, found.cost, found.level)
 
 
-def _draw(panel: plt.Axes, score: Score, title: str, number: int, *, phase: bool) -> None:
+def _draw(panel: plt.Axes, score: Score, title: str, number: int, *, factor: float, phase: bool) -> None:
     """The FRF of a posture that is missed most, of those well above their noise."""
     target = score.problem.targets().frf[number]
-    measured, fitted = target.measured, target.predict_pairs(score.values)
+    measured, fitted = target.measured, factor * target.predict_pairs(score.values)
     loud = np.median(np.abs(measured), axis=0) > 10 * np.median(target.sigma, axis=0)
     moved = np.abs(fitted).max(axis=0) > 1e-6 * np.abs(fitted).max()
     with np.errstate(divide="ignore"):  # of a point that the model does not move

@@ -165,6 +165,12 @@ def integrated(times: int, word: str) -> Slip:
     return slip
 
 
+def inverted(test: Told, rng: np.random.Generator) -> list[Named]:
+    """Forces over responses, one by one."""
+    test.frfs = [1 / one for one in test.frfs]
+    return [("inverse", "1/H")]
+
+
 def rad_per_s(test: Told, rng: np.random.Generator) -> list[Named]:
     """Frequencies in rad/s under the name of Hz."""
     test.frequency_hz = test.frequency_hz * 2 * np.pi
@@ -469,6 +475,7 @@ SLIPS: dict[str, Slip] = {
     "hammer_x2": scaled(2.0, "2 times"),
     "velocity": integrated(1, "velocities"),
     "displacement": integrated(2, "displacements"),
+    "inverted": inverted,
     "rad_per_s": rad_per_s,
     "world_axes": world_axes,
     "nodes_exchanged": nodes_exchanged,

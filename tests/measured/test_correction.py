@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -30,6 +32,17 @@ def test_factors_of_all_of_a_point_a_channel_and_a_force() -> None:
     np.testing.assert_allclose(found.frf, data().frf * expected)
     assert found.noise is not None
     np.testing.assert_allclose(found.noise, 0.1 * np.abs(expected) * np.ones((4, 1, 1)))
+
+
+def test_forces_over_responses_are_turned_over() -> None:
+    told, right = Correction(inverse=True, factor=2.0), data()
+    assert right.noise is not None
+    over = replace(right, frf=1 / right.frf, noise=right.noise / np.abs(right.frf) ** 2)
+    found = told.applied(over, "a.uff")
+    np.testing.assert_allclose(found.frf, 2 * right.frf)
+    np.testing.assert_allclose(found.noise, 2 * right.noise)
+    over.frf[0, 0, 0] = 0.0
+    assert np.isnan(told.applied(over, "a.uff").frf[0, 0, 0]), "no number, and no warning"
 
 
 def test_points_channels_quantity_and_frequency() -> None:

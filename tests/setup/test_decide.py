@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from identify.measured.correction import Correction
-from identify.setup.decide import needed
-from identify.setup.diagnosis import look
+from identify.measured.quality_robot import possible
+from identify.setup.brakes import Brake
+from identify.setup.constants import near, nearest
+from identify.setup.decide import Decision, needed
+from identify.setup.diagnosis import _apart, _put_right, look
+from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
-from identify.setup.score import scored
-from identify.setup.search import Candidate, Searched
-from identify.setup.stated import Stated
-from identify.setup.within import levelled, times, within
+from identify.setup.score import Score, frf_targets, scored
+from identify.setup.search import Candidate, Searched, _again, _better, _round
+from identify.setup.stated import LINES, Stated
+from identify.setup.within import Within, levelled, times, within
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.setup import studies
@@ -45,6 +53,101 @@ def test_a_mistake_that_the_others_do_not_need_is_left_out(order: tuple[str, str
     second = _after(first, _hypothesis(order[1], told, words[order[1]]))
     best, _ = needed(Searched(plain, ((first,), (second,)), (), 100))
     assert best.codes == ("joint-sign",)
+
+
+def test_what_makes_no_study_is_no_rival(tmp_path: Path) -> None:
+    """A payload of nothing leaves as much as no payload, and ends no diagnosis."""
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+    body = [{"link": "link6", "mass_kg": 0.0, "centre_m": [0, 0, 0]}]
+    nothing = Hypothesis("payload", "", (Edit(("robot", "payload"), body),), "payload")
+    none, plain = (
+        Decision(Candidate(told, score, some), (), None, 9.0)
+        for some in ((nothing,), tuple[Hypothesis, ...]())
+    )
+    assert [one.decision for one in _put_right(told, [none, plain])] == [plain]
+
+
+def test_factors_that_the_data_cannot_tell_apart_are_all_asked(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config(uncertainty="typical"))
+    found = _put_right(told, [Decision(Candidate(told, scored(told.problem())), (), nearest(9.9), 9.0)])
+    assert {one.decision.factor.value for one in found if one.decision.factor} == {9.80665, 10.0}
+
+
+def test_a_known_factor_may_be_as_far_as_masses_are_uncertain(tmp_path: Path) -> None:
+    exact = studies.of(tmp_path, studies.config())
+    typical = studies.of(tmp_path, studies.config(uncertainty="typical"))
+    assert [one.value for one in near(850.0, _apart(exact))] == [850.0]
+    assert [one.value for one in near(850.0, _apart(typical))] == [1000.0]
+
+
+def _told_within(told: Stated, score: Score, worst: float, *hypotheses: Hypothesis) -> Candidate:
+    """A candidate of which the likelihood is known."""
+    known = replace(score, level=0.0, asked={"within": Within(worst, 1.0)})
+    return Candidate(told, known, hypotheses)
+
+
+def test_beside_stated_uncertainty_the_likelihood_says_what_helps(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config(uncertainty="typical"))
+    score = scored(told.problem())
+    flexible, right = (Hypothesis(code, code, (), code) for code in ("payload", "size"))
+    base = _told_within(told, score, 4.0)
+    tried = [_told_within(told, score, 3.9, flexible), _told_within(told, score, 1.0, right)]
+    assert [one.codes for one in _better(base, tried)] == [("size",), ("payload",)]
+    assert not _better(base, tried[:1])
+    exact = [replace(one, stated=replace(told, uncertainty=None)) for one in (base, *tried)]
+    assert not _better(exact[0], exact[1:]), "logarithms alone say that neither does"
+
+
+def test_a_brake_is_told_by_the_likelihood_too(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config(uncertainty="typical"))
+    score = scored(told.problem())
+    one, four, five = (_told_within(told, score, worst).score for worst in (1.0, 4.0, 5.0))
+    assert Brake(1, 3, 6.0, 0.9, 126, one, one, four).likely(told).share == pytest.approx(1 / 16)
+    assert Brake(1, 3, 6.0, 0.9, 126, four, one, five).likely(told).share == 0.9, "the others do not agree"
+
+
+def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
+    """Inertias in kg mm2 leave a search nothing to go by, and are the only thing that is asked."""
+    text = (studies.DATA / "robot.urdf").read_text()
+    wrong = re.sub(r'\b(i[xyz]{2})="([^"]*)"', lambda m: f'{m[1]}="{1e6 * float(m[2]):.9g}"', text)
+    (tmp_path / "robot.urdf").write_text(wrong)
+    told = studies.of(tmp_path, studies.config(robot={"urdf": str(tmp_path / "robot.urdf")}))
+    assert not possible(told.robot)
+    plain = Candidate(told, scored(told.problem()))
+    tried, asked = _round(plain)
+    assert asked < 8
+    assert {one.codes for one in tried} == {("robot-units",)}
+    assert "kg mm2" in tried[0].hypotheses[-1].sentence
+    assert possible(tried[0].stated.robot)
+    assert _better(replace(plain, score=replace(plain.score, cost=1e-9)), tried) == tried
+
+
+def test_mistakes_are_chosen_again_beside_the_others(tmp_path: Path) -> None:
+    """The factor of a file that was found while angles were still wrong."""
+    wrong = [
+        {**one, "posture_deg": [-one["posture_deg"][0], *one["posture_deg"][1:]]} for one in studies.each()
+    ]
+    for one in wrong:
+        one["posture_deg"][1] *= -1
+    wrong[0]["correct"] = {"factor": 1 / 9.80665}
+    told = studies.of(tmp_path, studies.config(measurements=wrong))
+    plain = Candidate(told, scored(told.problem()))
+    edit = Edit(("measurements", 1, "correct", "factor"), 2 * np.pi)
+    mistaken = _after(plain, Hypothesis("one-measurement", "6.283", (edit,), "set1"))
+    both = _after(mistaken, _hypothesis("joint-sign", told, "joint 2"))
+    again = _again(plain, both)
+    [factor] = [one for one in again.hypotheses if one.code == "one-measurement"]
+    assert "9.807" in factor.sentence or "0.102" in factor.sentence
+
+
+def test_few_lines_are_looked_at_in_hertz_and_in_rad_per_s(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    lines = {len(target.data.frequency_hz) for target in frf_targets(told.problem())}
+    assert lines == {LINES}
+    [fast] = radians_per_second(told, scored(told.problem()))
+    spread = [target.data.frequency_hz for target in frf_targets(told.changed(fast.edits).problem())]
+    assert all(len(one) <= LINES and one.max() < 80 for one in spread)
 
 
 def test_what_was_stated_to_be_uncertain_explains_no_wrong_unit(tmp_path: Path) -> None:

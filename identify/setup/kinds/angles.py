@@ -8,6 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import Score
@@ -17,7 +18,7 @@ _TURNS = (90, -90, 180)
 _PARTS = (15, -15, 30, -30, 45, -45, 60, -60)
 """Offsets in degrees that are tried: by which controllers and robot files differ, and those between."""
 _STEP_DEG = 8.0
-"""From offsets between to the next that are tried."""
+"""From offsets between to the next that is tried."""
 
 
 def _edit(key: str, value: object) -> tuple[Edit, ...]:
@@ -71,16 +72,16 @@ def offsets(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
             yield _offset(now, number, turn)
 
 
-def _offset(now: np.ndarray, number: int, turn: float) -> Hypothesis:
-    def around(halved: int) -> list[Hypothesis]:
-        step = _STEP_DEG / 2**halved
-        return [_offset(now, number, turn + one) for one in (step, -step)]
+def _offset(now: Array, number: int, turn: float) -> Hypothesis:
+    def moved(numbers: Array) -> Hypothesis:
+        return _offset(now, number, float(numbers[0]))
 
     sentence = f"the zero of joint {number + 1} is off by about {turn:.3g} degrees"
-    return replace(_zero(now, {number: turn}, sentence, "joint-offset"), around=around)
+    about = _zero(now, {number: turn}, sentence, "joint-offset")
+    return replace(about, numbers=np.array([turn]), reach=_STEP_DEG, moved=moved)
 
 
-def _zero(now: np.ndarray, turns: Mapping[int, float], sentence: str, code: str = "joint-zero") -> Hypothesis:
+def _zero(now: Array, turns: Mapping[int, float], sentence: str, code: str = "joint-zero") -> Hypothesis:
     new = now.copy()
     for number, turn in turns.items():
         new[number] += turn

@@ -33,8 +33,6 @@ _UNITS: tuple[tuple[dict[str, str], str], ...] = (
 _SIDES = {"+x": (9.81, 0, 0), "-x": (-9.81, 0, 0), "+y": (0, 9.81, 0), "-y": (0, -9.81, 0)}
 _CARRIED = 0.02
 """Share of the arm's mass that a payload begins with."""
-_FINEST = 3
-"""Halvings of the distance between places of a payload: to a few per cent of what the points span."""
 
 
 def units(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
@@ -59,9 +57,7 @@ def payload(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 
 def _carried(stated: Stated, place: Array, size: float) -> Hypothesis:
-    """A payload with its centre at a place (3,), m, of the last link, of which others are up to half a size
-    away.
-    """
+    """A payload with its centre at a place (3,), m, of the last link, whose points span a size, m."""
     link, at_m = stated.robot.links[-1].name, [round(float(x), 4) for x in place]
     heaviest = sum(one.mass for one in stated.robot.links[1:])
     mass = {"initial": _CARRIED * heaviest, "bounds": [0.0, heaviest]}
@@ -71,15 +67,12 @@ def _carried(stated: Stated, place: Array, size: float) -> Hypothesis:
         one = {"link": link, "mass_kg": float(f"{_value(score, 'mass'):.3g}"), "centre_m": at_m}
         return (Edit(("robot", "payload"), [*(stated.data["robot"].get("payload") or []), one]),)
 
-    def around(halved: int) -> list[Hypothesis]:
-        if halved > _FINEST:
-            return []
-        step = size / 2 ** (halved + 2)
-        return [_carried(stated, place + sign * step * axis, size) for axis in np.eye(3) for sign in (1, -1)]
+    def moved(numbers: Array) -> Hypothesis:
+        return _carried(stated, numbers, size)
 
     sentence = f"{link} carries a payload that the study does not have"
     edits = (Edit(("effects",), [*_effects(stated), body]),)
-    return Hypothesis("payload", sentence, edits, "payload", settle, around=around)
+    return Hypothesis("payload", sentence, edits, "payload", settle, 1, place, size / 4, moved)
 
 
 def payload_frame(stated: Stated, plain: Score) -> Iterator[Hypothesis]:

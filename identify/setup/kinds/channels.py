@@ -225,12 +225,14 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 
 def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
-    """One measurement of several by a factor."""
+    """One measurement of several by a factor beyond that of the others: the fit is between them."""
     views = beside(plain, stated.points)
     if len(views) < 2:
         return
-    for number, view in zip(stated.sets, views, strict=True):
-        factor, left = _factor([(view.measured, view.predicted, view.weight)])
+    parts = [(view.measured, view.predicted, view.weight) for view in views]
+    for place, number in enumerate(stated.sets):
+        own, left = _factor([parts[place]])
+        factor = own / _factor([*parts[:place], *parts[place + 1 :]])[0]
         if left <= _LEFT and abs(np.log(abs(factor))) > np.log(_SLIGHT):
             file = stated.study.measurements[number]
             for known in near(factor, _ROUGHLY):

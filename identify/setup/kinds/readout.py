@@ -33,6 +33,13 @@ def quantity(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
             yield Hypothesis("quantity", sentence, correct(stated, "quantity", other), "quantity")
 
 
+def inverse(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
+    """Forces over responses."""
+    if not any(one.correct.inverse for one in stated.measured):
+        sentence = "each FRF is force over response, 1/H, not response over force"
+        yield Hypothesis("inverse", sentence, correct(stated, "inverse", True), "inverse")
+
+
 def radians_per_second(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """Frequencies in rad/s."""
     if all(one.correct.frequency == "Hz" for one in stated.measured):
