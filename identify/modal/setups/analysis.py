@@ -8,13 +8,12 @@ that weigh nothing this is PoSER merging (Reynders, Magalhaes, De Roeck and Cunh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index, Mask
-from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import ModalAnalysis
@@ -37,7 +36,8 @@ class Merged:
     damping; shapes (m, outputs), participation (m, inputs), the largest 1: receptance residues as of
     `ModalModel`; member (m, setups): row of each setup's table, -1 where it does not show the mode; own (m,
     setups): its poles there, NaN; loading: None where no sensor was roved; kg, kg_std: of a roved sensor, NaN
-    where no drive point tells modal masses.
+    where no drive point tells modal masses; turned_down: frequency, Hz, and number of setups of what too few
+    show.
     """
 
     grid: Grid
@@ -51,17 +51,34 @@ class Merged:
     loading: loading.Loading | None
     kg: float = np.nan
     kg_std: float = np.nan
+    turned_down: tuple[tuple[float, int], ...] = ()
 
 
 def merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float = 0.4) -> Merged:
     """One set of modes from those of several setups; least: part of them that must show a mode."""
-    grid = Grid.of(sets)
-    member = align([_compared(a) for a in found])
-    state = _merged(sets, found, grid, member)
-    again = nearest([_compared(a) for a in found], _expected(state), -state.poles.real / np.abs(state.poles), state.member)
-    best = max(state, _merged(sets, found, grid, again), key=_explains)
-    real = _is_real(best, least)
-    return best if real.all() else _merged(sets, found, grid, best.member[real])
+    grid, tables = Grid.of(sets), [_compared(a) for a in found]
+    roved = roved_rows(grid, sets)
+
+    def of(member: Index) -> Merged:
+        poles, std = poles_of([(a.model.poles, a.table) for a in found], member)
+        middle = np.nanmedian(poles.real, axis=1) + 1j * np.nanmedian(poles.imag, axis=1)
+        there = np.where(member >= 0, poles, middle[:, None])
+        product = [_products(a, grid, k, member[:, k], there[:, k]) for k, a in enumerate(found)]
+        return together(grid, member, (poles, std), np.array(product), roved)
+
+    return real(of, tables, least)
+
+
+def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: float) -> Merged:
+    """The modes that are real of those that setups show; of: what comes of rows of tables, (modes, setups)."""
+    state = of(align(tables))
+    again = nearest(tables, _expected(state), -state.poles.real / np.abs(state.poles), state.member)
+    best = max(state, of(again), key=_explains)
+    kept = _is_real(best, least)
+    if kept.all():
+        return best
+    gone = [(float(abs(np.nanmean(p))) / (2 * np.pi), int(np.sum(np.isfinite(p)))) for p in best.own[~kept]]
+    return replace(of(best.member[kept]), turned_down=tuple(gone))
 
 
 def _is_real(state: Merged, least: float) -> Mask:
@@ -97,32 +114,41 @@ def _expected(state: Merged) -> Array:
     return state.loading.predicted / (2 * np.pi)
 
 
-def _merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], grid: Grid, member: Index) -> Merged:
-    own, std = _poles(found, member)
-    middle = np.nanmedian(own.real, axis=1) + 1j * np.nanmedian(own.imag, axis=1)
-    there = np.where(member >= 0, own, middle[:, None])
-    product = np.array([_products(one, grid, k, member[:, k], there[:, k]) for k, one in enumerate(found)])
-    roved = _roved(grid, sets)
+def together(
+    grid: Grid,
+    member: Index,
+    own: tuple[Complex, Array],
+    product: Complex,
+    roved: Sequence[Index],
+    *,
+    forced: bool = True,
+) -> Merged:
+    """Modes from the poles (m, setups) of setups with their standard deviations (m, setups, 2), and their
+    products of shape and participation, (setups, m, outputs, inputs).  forced: whether inputs are forces; where
+    they are not, shapes are of any size in each setup and keep what sensors did to them.
+    """
+    poles, std = own
     if any(map(len, roved)):
-        best = _explained(product, own, std[..., 0], grid, roved)
+        best = (_explained if forced else _turn)(product, poles, std[..., 0], grid, roved)
         shapes, participation, loads, kg = best.shapes, best.participation, best.loads, best.kg
     else:
-        (shapes, participation), loads, kg = _factors(product), None, (np.nan, np.nan)
-    omega, zeta, omega_std, zeta_std = _unloaded(own, std, loads)
-    poles = omega * (-zeta + 1j * np.sqrt(1 - zeta**2))
+        (shapes, participation), loads, kg = factors_of(product), None, (np.nan, np.nan)
+    omega, zeta, omega_std, zeta_std = unloaded(poles, std, loads)
     order = np.argsort(omega)
     scale = participation[np.arange(len(omega)), np.argmax(np.abs(participation), axis=1)][:, None]
+    damped = omega * np.sqrt(1 - zeta**2)
     return Merged(
-        grid,
-        poles[order],
-        omega_std[order] / (2 * np.pi),
-        zeta_std[order],
-        (shapes * scale / (2j * poles.imag[:, None]))[order],
-        (participation / scale)[order],
-        member[order],
-        own[order],
-        None if loads is None else _ordered(loads, order),
-        *kg,
+        grid=grid,
+        poles=(-zeta * omega + 1j * damped)[order],
+        frequency_std_hz=omega_std[order] / (2 * np.pi),
+        damping_std=zeta_std[order],
+        shapes=(shapes * scale / (2j * damped[:, None]))[order],
+        participation=(participation / scale)[order],
+        member=member[order],
+        own=poles[order],
+        loading=None if loads is None else _ordered(loads, order),
+        kg=kg[0],
+        kg_std=kg[1],
     )
 
 
@@ -155,7 +181,7 @@ def _turn(
     corrected: Complex, own: Complex, std: Array, grid: Grid, roved: Sequence[Index], *, mixed: bool = True
 ) -> _Turn:
     """Shapes of products from which masses are taken out, and the loads that they give."""
-    shapes, participation = _factors(corrected)
+    shapes, participation = factors_of(corrected)
     moved = [shapes[:, rows].real for rows in roved]
     loads, kg = _loads(np.abs(own), std, moved, _square(grid, shapes, participation), mixed)
     far = np.abs(np.abs(own) - loads.predicted) / -own.real
@@ -165,9 +191,14 @@ def _turn(
 def _without(product: Complex, turn: _Turn, roved: Sequence[Index]) -> Complex:
     """Products (setups, m, outputs, inputs) less what masses did to them."""
     loads, shapes = turn.loads, turn.shapes
-    made = loading.loaded(loads.omega, [np.sqrt(loads.load)[:, None] * shapes[:, rows].real for rows in roved])[1]
+    made = loading.loaded(
+        loads.omega, [np.sqrt(loads.load)[:, None] * shapes[:, rows].real for rows in roved]
+    )[1]
     return np.array(
-        [loading.without(p, shapes, turn.participation, loads.load, m) for p, m in zip(product, made, strict=True)]
+        [
+            loading.without(p, shapes, turn.participation, loads.load, m)
+            for p, m in zip(product, made, strict=True)
+        ]
     )
 
 
@@ -176,18 +207,19 @@ def _ordered(loads: loading.Loading, order: Index) -> loading.Loading:
     return replace(loads, **{name: getattr(loads, name)[order] for name in names})
 
 
-def _poles(found: Sequence[ModalAnalysis], member: Index) -> tuple[Complex, Array]:
+def poles_of(found: Sequence[tuple[Complex, ModalTable]], member: Index) -> tuple[Complex, Array]:
     """Poles of every mode in every setup, (m, setups), and standard deviations of their size, rad/s, and
     damping ratio, (m, setups, 2); NaN where a setup does not show it.
     """
     own = np.full(member.shape, complex(np.nan, np.nan))
     std = np.full((*member.shape, 2), np.nan)
-    for k, one in enumerate(found):
-        table, shown = one.table, member[:, k] >= 0
+    for k, (poles, table) in enumerate(found):
+        shown = member[:, k] >= 0
         assert table.frequency_std_hz is not None and table.damping_std is not None
-        own[shown, k] = one.model.poles[member[shown, k]]
         both = np.stack([2 * np.pi * table.frequency_std_hz, table.damping_std], axis=1)
-        std[shown, k] = np.maximum(both, 1e-9 * np.abs(one.model.poles[:, None]))[member[shown, k]]
+        least = np.stack([np.abs(poles), np.ones(len(poles))], axis=1) * 1e-9
+        own[shown, k] = poles[member[shown, k]]
+        std[shown, k] = np.maximum(both, least)[member[shown, k]]
     return own, std
 
 
@@ -202,13 +234,15 @@ def _products(found: ModalAnalysis, grid: Grid, k: int, rows: Index, poles: Comp
     return grid.spread(k, both * (2j * poles.imag)[:, None, None])
 
 
-def _roved(grid: Grid, sets: Sequence[FrfSet]) -> list[Index]:
+def roved_rows(grid: Grid, sets: Sequence[FrfSet]) -> list[Index]:
     """Of every setup the rows of sensors that are not in all setups."""
     always = set.intersection(*({c.node for c in one.outputs} for one in sets))
-    return [np.array([r for r in rows if grid.outputs[r].node not in always], dtype=int) for rows in grid.rows]
+    return [
+        np.array([r for r in rows if grid.outputs[r].node not in always], dtype=int) for rows in grid.rows
+    ]
 
 
-def _factors(products: Complex) -> tuple[Complex, Complex]:
+def factors_of(products: Complex) -> tuple[Complex, Complex]:
     """Shapes (m, outputs), as real as they can be, and participation (m, inputs) of products (setups, m,
     outputs, inputs); products of several setups are averaged.
     """
@@ -265,9 +299,7 @@ def _median(values: Array, weight: Array) -> float:
     return float(values[order][np.searchsorted(summed, summed[-1] / 2)])
 
 
-def _unloaded(
-    own: Complex, std: Array, loads: loading.Loading | None
-) -> tuple[Array, Array, Array, Array]:
+def unloaded(own: Complex, std: Array, loads: loading.Loading | None) -> tuple[Array, Array, Array, Array]:
     """Size, rad/s, and damping ratio of every mode's pole without sensors, (m,) each, and their standard
     deviations: means over setups where no mass explains what differs.
     """

@@ -67,7 +67,8 @@ def explained(
 
     shapes: (m, channels) of the roved sensors of each setup, real; prior: loads (m,) known otherwise, NaN where
     not, and their standard deviations.  Without one a load is 0, give or take the largest of all modes.  mixed:
-    whether a mass mixes modes, or each is by itself.
+    whether a mass mixes modes, or each is by itself.  What a mode's poles are off by, which is the error of a
+    model of few modes, counts in full for the one without masses: it is alike in all setups.
     """
     known = np.isfinite(omega)
     std = np.where(known, std, 1.0)
@@ -97,9 +98,9 @@ def explained(
         beside = (beside + alone / there) / 2
         rest = np.abs((omega - there) / wide)[known]
         error = float(np.clip(error * _MEDIAN * np.median(rest), _LEAST, _PART))
-    chi2 = np.sum(np.where(known, weight * ((seen - alone) / wide) ** 2, 0.0), axis=1)
-    beyond = np.sqrt(np.maximum(chi2 / np.maximum(known.sum(axis=1) - 1, 1), 1.0))
-    return Loading(base, beyond * spread[0], load / unit, beyond * spread[1] / unit, there, error)
+    freedom = np.maximum(known.sum(axis=1) - 2, 1)
+    rest = np.sqrt(np.sum(np.where(known, (omega - there) ** 2, 0.0), axis=1) / freedom)
+    return Loading(base, np.hypot(spread[0], rest), load / unit, spread[1] / unit, there, error)
 
 
 def _lines(

@@ -126,7 +126,9 @@ def factors(matrix: Complex, weight: Array) -> tuple[Complex, Complex]:
 def _solved(weighted: Complex, weight: Array, turned: Complex, other: Complex) -> Complex:
     """One factor where the other is known; 0 where no value tells it yet."""
     size = weight @ np.abs(other) ** 2
-    return np.asarray(np.divide(weighted @ turned, size, out=np.zeros(len(size), dtype=complex), where=size > 0))
+    return np.asarray(
+        np.divide(weighted @ turned, size, out=np.zeros(len(size), dtype=complex), where=size > 0)
+    )
 
 
 def is_joined(mask: Mask) -> bool:
