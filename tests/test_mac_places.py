@@ -108,7 +108,7 @@ def test_rigid_parts_of_mixtures_and_of_too_few_channels() -> None:
     signed = shape * [c.sign for c in channels]
     table = ModalTable(np.array([5.0]), np.array([0.01]), channels, signed[None].astype(complex))
     assert rigid_part(table, geometry) == pytest.approx(0.5)
-    few = ModalTable(np.array([5.0]), np.array([0.01]), channels[:3], table.shapes[:, :3])  # type: ignore[index]
+    few = ModalTable(np.array([5.0]), np.array([0.01]), channels[:2], table.shapes[:, :2])  # type: ignore[index]
     assert np.isnan(rigid_part(few, geometry)).all()
     assert contained(np.array([[1.0, 1.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])) == pytest.approx(0.5)
 

@@ -273,7 +273,7 @@ def _modes_of(data: Sequence[Path], options: ModesOptions) -> Result:
             options.choices,
             ScaledBy(**options.scaled_by()),
         )
-        result, written = run_output_only(data[0], options.out, wanted)
+        result, written = run_output_only(data, options.out, wanted)
         return Result(result, tuple(written))
     from identify.modes.run import run_modes as analysed
 

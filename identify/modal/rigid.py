@@ -35,7 +35,7 @@ def rigid_part(table: ModalTable, geometry: MeasuredGeometry | None) -> Array:
     motions = np.array(
         [[*way, *np.cross(at, way)] for at, way in zip(places - places.mean(axis=0), ways, strict=True)]
     )
-    if not len(columns):
+    if not columns:
         return unknown
     left, size, _ = np.linalg.svd(
         motions / np.maximum(np.linalg.norm(motions, axis=0), 1e-300), full_matrices=False

@@ -23,7 +23,7 @@ from identify.modal.settings import ModalSettings
 from identify.modal.setups.result import pooled
 from identify.modal.setups.run import analyse_setups
 from tests.benchmarks.merged_structures import Test, draw
-from tests.benchmarks.modal_exam import match
+from tests.benchmarks.modal_exam import matched
 
 NOISE = (0.001, 0.003, 0.01, 0.03)
 
@@ -68,7 +68,7 @@ def examine(test: Test, number: int, noise: float, rng: np.random.Generator, one
     shapes, hz, half = shapes[:, rows], np.abs(poles) / (2 * np.pi), -poles.real / (2 * np.pi)
     low, high = test.frequency_hz[[0, -1]]
     inside = np.flatnonzero((hz - half >= low) & (hz + half <= high))
-    pairs, spurious = match(poles, shapes, found.table)
+    pairs, spurious = matched(poles, shapes, found.table)
     kept = [r for r in inside if r in pairs]
     table, j = found.table, [pairs[r] for r in kept]
     assert table.frequency_std_hz is not None and table.damping_std is not None and table.shapes is not None
@@ -105,7 +105,7 @@ def _one_set(poles: np.ndarray, shapes: np.ndarray, inside: np.ndarray, table: M
     the structure, so a mode within four half-bandwidths counts as found.
     """
     wide = poles.imag * 1j + 4 * poles.real
-    pairs, spurious = match(wide, shapes, table)
+    pairs, spurious = matched(wide, shapes, table)
     return len(inside) - len([r for r in inside if r in pairs]), len(spurious)
 
 

@@ -21,7 +21,6 @@ from identify.modal.mac import as_real
 from identify.modal.setups import loading
 from identify.modal.setups.align import align, nearest
 from identify.modal.setups.residues import Grid, factors, residues
-from identify.modal.window import frequency_and_damping
 
 _SHOWN, _EXPLAINED = 2, 0.3
 """So many setups are enough for a mode whose poles are, on average, so near in half-bandwidths to where the mass
@@ -74,6 +73,8 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
     state = of(align(tables))
     again = nearest(tables, _expected(state), -state.poles.real / np.abs(state.poles), state.member)
     best = max(state, of(again), key=_explains)
+    one = _joined(best)
+    best = best if len(one) == len(best.member) else of(one)
     kept = _is_real(best, least)
     if kept.all():
         return best
@@ -81,11 +82,28 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
     return replace(of(best.member[kept]), turned_down=tuple(gone))
 
 
+def _joined(state: Merged) -> Index:
+    """Rows of tables with modes as one that no setup shows both of and that are, without sensors, within their
+    half-power bandwidth: parts of one.
+    """
+    rows: list[Index] = []
+    last = complex(0.0, 0.0)
+    for member, pole in zip(state.member, state.poles, strict=True):
+        near = np.abs(pole - last) < -(pole.real + last.real)
+        if rows and near and not np.any((member >= 0) & (rows[-1] >= 0)):
+            rows[-1] = np.maximum(rows[-1], member)
+        else:
+            rows.append(member)
+            last = pole
+    return np.array(rows)
+
+
 def _is_real(state: Merged, least: float) -> Mask:
     """Modes that enough setups show, or several where the mass of a sensor puts them."""
     count = np.sum(state.member >= 0, axis=1)
     far = np.nanmean(np.minimum(_far(state), 1.0), axis=1)
-    return np.asarray((count >= least * state.member.shape[1]) | ((count >= _SHOWN) & (far < _EXPLAINED)))
+    enough = count >= least * state.member.shape[1]
+    return np.asarray(enough | ((count >= _SHOWN) & (far < _EXPLAINED)) if least < 1 else enough)
 
 
 def _far(state: Merged) -> Array:
@@ -247,7 +265,7 @@ def factors_of(products: Complex) -> tuple[Complex, Complex]:
     outputs, inputs); products of several setups are averaged.
     """
     count = np.sum(np.isfinite(products), axis=0)
-    mean = np.nansum(products, axis=0) / np.where(count, count, np.nan)
+    mean = np.nansum(products, axis=0) / np.maximum(count, 1)
     pairs = [factors(one, weight) for one, weight in zip(mean, count, strict=True)]
     shapes = np.array([left for left, _ in pairs])
     turned = as_real(shapes)
@@ -314,10 +332,14 @@ def unloaded(own: Complex, std: Array, loads: loading.Loading | None) -> tuple[A
 
 
 def _mean(values: Array, std: Array) -> tuple[Array, Array]:
-    """Weighted means over the last axis, and their standard deviations by what values differ, if that is more."""
+    """Weighted means over the last axis, and their standard deviations.  What values differ by beyond their own
+    (DerSimonian and Laird, Controlled Clinical Trials 7 (1986)) counts in full: setups may be off alike.
+    """
     weight = np.where(np.isfinite(values), 1 / std**2, 0.0)
     total = np.sum(weight, axis=-1)
     mean = np.nansum(weight * values, axis=-1) / total
     left = np.nansum(weight * (values - mean[..., None]) ** 2, axis=-1)
-    freedom = np.maximum(np.sum(weight > 0, axis=-1) - 1, 1)
-    return mean, np.sqrt(np.maximum(left / freedom, 1.0) / total)
+    freedom = np.sum(weight > 0, axis=-1) - 1
+    spare = total - np.sum(weight**2, axis=-1) / total
+    beyond = np.maximum(left - freedom, 0.0) / np.where(freedom > 0, spare, np.inf)
+    return mean, np.sqrt(1 / total + beyond)

@@ -98,8 +98,9 @@ def explained(
         beside = (beside + alone / there) / 2
         rest = np.abs((omega - there) / wide)[known]
         error = float(np.clip(error * _MEDIAN * np.median(rest), _LEAST, _PART))
-    freedom = np.maximum(known.sum(axis=1) - 2, 1)
-    rest = np.sqrt(np.sum(np.where(known, (omega - there) ** 2, 0.0), axis=1) / freedom)
+    count = known.sum(axis=1)
+    off = np.sum(np.where(known, weight * (omega - there), 0.0) ** 2, axis=1) / np.sum(weight**2, axis=1)
+    rest = np.sqrt(off * count / np.maximum(count - 2, 1))
     return Loading(base, np.hypot(spread[0], rest), load / unit, spread[1] / unit, there, error)
 
 
