@@ -120,8 +120,8 @@ def modes(
     data: Annotated[
         list[Path],
         typer.Argument(
-            help="FRFs, with --estimate forces and responses over time, or with --output-only responses alone, in"
-            " .uff, .csv, .h5 or .mat, in one file or a file for each setup; or a study, for all its FRF"
+            help="FRFs, with --estimate forces and responses over time, with --output-only responses alone,"
+            " in .uff, .csv, .h5 or .mat, in one file or a file for each setup; or a study, for all its FRF"
             " measurements"
         ),
     ],
@@ -167,7 +167,7 @@ def mac_(
     by: Annotated[
         str | None,
         typer.Option(
-            help="pair points by `node` number or by `place`; default: by number where files share one"
+            help="pair points by `node` number or `place`; default: by number where files share one"
         ),
     ] = None,
     within: Annotated[

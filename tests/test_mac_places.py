@@ -1,4 +1,5 @@
-"""`identify mac` by place in space and with rigid modes: a plate whose points have other numbers in another file."""
+"""`identify mac` by place in space and with rigid modes: a plate whose points have other numbers in another
+file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""`identify modes --output-only` on several setups: reference sensors stay, the others are moved with their mass."""
+"""`identify modes --output-only` on several setups: reference sensors stay, the others are moved with their
+mass."""
 
 from __future__ import annotations
 

@@ -277,10 +277,17 @@ def _modes_of(data: Sequence[Path], options: ModesOptions) -> Result:
         return Result(result, tuple(written))
     from identify.modes.run import run_modes as analysed
 
-    place = options.geometry, options.length_unit
-    how = {"estimation": _estimation(options), "roved": options.roved}
     result, written = analysed(
-        data, options.out, file, options.modal(), *place, options.frfs, options.choices, **how
+        data,
+        options.out,
+        file,
+        options.modal(),
+        options.geometry,
+        options.length_unit,
+        options.frfs,
+        options.choices,
+        _estimation(options),
+        options.roved,
     )
     return Result(result, tuple(written))
 

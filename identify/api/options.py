@@ -229,7 +229,7 @@ class ModesOptions:
         bool,
         typer.Option(
             "--roved",
-            help="each node of a response was measured by itself, by a sensor that was moved: its poles are its own",
+            help="each node of a response was measured by itself, by a sensor that was moved",
         ),
     ] = False
     estimate: Annotated[

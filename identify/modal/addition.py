@@ -15,7 +15,7 @@ import scipy
 
 from identify.core.arrays import Array, Complex, Index
 from identify.modal.gram import Columns, Functions, gram, products, right
-from identify.modal.lines import place
+from identify.modal.lines import place as place_of
 from identify.modal.refine import Fit
 from identify.modal.weights import CHANCE
 
@@ -108,7 +108,7 @@ def _excess(found: Fit, places: Complex) -> Array:
     total = np.append(0.0, np.cumsum(found.left - found.residual.shape[1] * found.noise))
     reach = _REACH * (s[0].real - places.real)
     first, last = (
-        np.clip(np.round(place(s.imag, places.imag + side * reach)).astype(int), 0, len(s))
+        np.clip(np.round(place_of(s.imag, places.imag + side * reach)).astype(int), 0, len(s))
         for side in (-1, 1)
     )
     return np.asarray(total[last] - total[first])
@@ -168,7 +168,7 @@ def _solved(alone: Array, own: Array, parts: Array) -> Array:
 def _by_chance(found: Fit, places: Complex) -> Array:
     """What noise alone, independent from line to line, makes a pole explain at most, (places,)."""
     s = found.equations.s
-    line = np.clip(np.round(place(s.imag, places.imag)).astype(int), 0, len(s) - 1)
+    line = np.clip(np.round(place_of(s.imag, places.imag)).astype(int), 0, len(s) - 1)
     freedom = 2 * found.residual.shape[1]
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
     return np.asarray(found.noise[line] / 2 * scipy.special.chdtri(freedom, CHANCE) + floor)

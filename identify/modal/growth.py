@@ -104,7 +104,8 @@ def _round(
     grown = dropped(grown, _entered(state, grown, barred))
     slim = np.flatnonzero(narrow(grown.fit))
     slow = grown.fit.poles[slim].imag
-    places = slow * 1j - spacing(2 * np.pi * layout.frequency_hz, slow) / 2
+    apart = spacing(2 * np.pi * layout.frequency_hz, slow)
+    places = np.asarray(slow * 1j - apart / 2, dtype=np.complex128)
     return dropped(grown, dict.fromkeys(map(int, slim), _SLIM)), places
 
 

@@ -26,10 +26,10 @@ _AXIS = {"X": 1, "Y": 2, "Z": 3}
 class Layout:
     """FRFs ordered for estimation.
 
-    frequency_hz (L,), evenly spaced on a linear or on a logarithmic axis; frf (L, responses, references), NaN where a pair was not measured; power
-    of s of the measured quantity (receptance 0 .. accelerance 2); decay of the exponential window (1/s).
-    transposed: the references are outputs of the measurement, as with a roving hammer and fixed
-    accelerometers (reciprocity, UMONS Eq. 1).
+    frequency_hz (L,), evenly spaced on a linear or on a logarithmic axis; frf (L, responses, references), NaN
+    where a pair was not measured; power of s of the measured quantity (receptance 0 .. accelerance 2); decay
+    of the exponential window (1/s). transposed: the references are outputs of the measurement, as with a
+    roving hammer and fixed accelerometers (reciprocity, UMONS Eq. 1).
     """
 
     frequency_hz: Array

@@ -2,8 +2,8 @@
 
 Both describe the FRFs in the band by the right matrix fraction H(z) = B(z) A(z)^-1, A(z) = sum_b beta_b z^b,
 z = exp(-j (omega - omega_0) T), with complex coefficients and T such that the band is one turn of the unit
-circle.  The basis is then orthogonal on evenly spaced lines, so the conditioning does not depend on the order or on the
-number of lines.
+circle.  The basis is then orthogonal on evenly spaced lines, so the conditioning does not depend on the order
+or on the number of lines.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Rigid motion in shapes: how much of a mode moves the points as one body, and rigid modes of two files.
 
-A free structure has up to six modes at 0 Hz, and on soft ropes as many a little above.  Any mixture of them is
-as good a set, so single ones compare at random: what compares is the space that they span.
+A free structure has up to six modes at 0 Hz, and on soft ropes as many a little above.  Any mixture of them
+is as good a set, so single ones compare at random: what compares is the space that they span.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_table import ModalTable
 
 RIGID = 0.99
-"""Part of the squared motion that is rigid from which on a mode above 0 Hz stands for rigid motion: what else it
-does is less than a tenth of its amplitude.  The first bending of a beam, seen across it, has 0.98."""
+"""Part of the squared motion that is rigid from which on a mode above 0 Hz stands for rigid motion: what else
+it does is less than a tenth of its amplitude.  The first bending of a beam, seen across it, has 0.98."""
 
 
 def rigid_part(table: ModalTable, geometry: MeasuredGeometry | None) -> Array:

@@ -132,9 +132,9 @@ def compare_modes(
 ) -> ShapeComparison:
     """Modes of two files paired, each `FILE` or `FILE:MEASUREMENT`; of one with itself without a second.
 
-    Shapes are compared along the same directions where both files say which way their channels look.  by: "node"
-    or "place" pairs points by number or by where they are, within_m of each other; by default by number where
-    the files have one in common.  InputError for another word, and places that are not known.
+    Shapes are compared along the same directions where both files say which way their channels look.  by:
+    "node" or "place" pairs points by number or by where they are, within_m of each other; by default by
+    number where the files have one in common.  InputError for another word, and places that are not known.
     """
     if by not in (None, "node", "place"):
         raise InputError("--by", repr(by), "node or place")
@@ -189,10 +189,17 @@ def _above_zero(table: ModalTable, part: Array) -> tuple[ModalTable, Array, tupl
     rigid = int(np.sum(~above))
     if not rigid:
         return table, part, ()
-    names = ("frequency_hz", "damping_ratio", "shapes", "frequency_std_hz", "damping_std")
-    kept = {name: None if (value := getattr(table, name)) is None else value[above] for name in names}
+    table = replace(
+        table,
+        frequency_hz=table.frequency_hz[above],
+        damping_ratio=table.damping_ratio[above],
+        shapes=None if table.shapes is None else table.shapes[above],
+        frequency_std_hz=None if table.frequency_std_hz is None else table.frequency_std_hz[above],
+        damping_std=None if table.damping_std is None else table.damping_std[above],
+        modal_mass_kg=None,
+        modal_mass_std_kg=None,
+    )
     what = f"{count(rigid, 'mode')} at 0 Hz (rigid motion) {'is' if rigid == 1 else 'are'} not listed"
-    table = replace(table, **kept, modal_mass_kg=None, modal_mass_std_kg=None)
     return table, part[above], (f"{table.source}: {what}",)
 
 
@@ -204,10 +211,11 @@ def _rigid(a: ModalTable, b: ModalTable, parts: tuple[Array, Array]) -> tuple[st
         return ()
     inside = contained(a.shapes[np.ix_(rows[0], in_a)], b.shapes[np.ix_(rows[1], in_b)] * sign)
     least = int(np.argmin(inside))
+    own, others = count(len(rows[0]), "mode"), len(rows[1])
     return (
-        f"rigid modes as a space: of the {count(len(rows[0]), 'mode')} of {Path(a.source).name} the"
-        f" {len(rows[1])} of {Path(b.source).name} hold {100 * inside[least]:.4g} % of the squared motion or more,"
-        f" least of that at {a.frequency_hz[rows[0][least]]:.4g} Hz",
+        f"rigid modes as a space: of the {own} of {Path(a.source).name} the {others} of {Path(b.source).name}"
+        f" hold {100 * inside[least]:.4g} % of the squared motion or more, least of that at"
+        f" {a.frequency_hz[rows[0][least]]:.4g} Hz",
     )
 
 

@@ -75,8 +75,8 @@ class Asked:
 def run_output_only(
     data: Path | Sequence[Path], out: Path | None, wanted: Asked
 ) -> tuple[ModesResult, list[Path]]:
-    """Modes of the response records in a file, or in one for each setup of a test; returns the result and what
-    was written, the HDF5 file first.
+    """Modes of the response records in a file, or in one for each setup of a test; returns the result and
+    what was written, the HDF5 file first.
 
     InputError for anything that cannot be read, analysed or written.
     """

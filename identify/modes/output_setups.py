@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -98,8 +99,14 @@ def _rejected(kept: Sequence[AnalysedMeasurement], few: Sequence[tuple[float, in
     def all_of(field: str) -> Array:
         return np.concatenate([getattr(part, field) for part in parts])[order]
 
-    numbers = [all_of(field) for field in ("frequency_hz", "damping_ratio", "presence", "mpc", "mpd_deg")]
-    return RejectedPoles(*numbers, tuple(reasons[k] for k in order))
+    return RejectedPoles(
+        frequency_hz=all_of("frequency_hz"),
+        damping_ratio=all_of("damping_ratio"),
+        presence=all_of("presence"),
+        mpc=all_of("mpc"),
+        mpd_deg=all_of("mpd_deg"),
+        reason=tuple(reasons[k] for k in order),
+    )
 
 
 def _diagram(parts: Sequence[StabilisationDiagram]) -> StabilisationDiagram:
@@ -123,15 +130,21 @@ def _spectra(parts: Sequence[FrfComparison]) -> FrfComparison:
         seen |= set(pairs)
     both = list(zip(alike, columns, strict=True))
 
-    def values(name: str) -> Array:
+    def values(name: str) -> Any:
         return np.concatenate([getattr(part, name)[..., rows] for part, rows in both], axis=-1)
 
     def texts(name: str) -> tuple[str, ...]:
         return tuple(getattr(part, name)[n] for part, rows in both for n in rows)
 
-    numbers = ("measured", "fitted", "relative_error", "frac", "area_error")
     return replace(
-        parts[0], output=texts("output"), input=texts("input"), **{name: values(name) for name in numbers}
+        parts[0],
+        output=texts("output"),
+        input=texts("input"),
+        measured=values("measured"),
+        fitted=values("fitted"),
+        relative_error=values("relative_error"),
+        frac=values("frac"),
+        area_error=values("area_error"),
     )
 
 

@@ -1,4 +1,5 @@
-"""Points of two files paired by where they stand in space, for shapes of files whose nodes have other numbers."""
+"""Points of two files paired by where they stand in space, for shapes of files whose nodes have other
+numbers."""
 
 from __future__ import annotations
 
@@ -38,8 +39,8 @@ class Placed:
 
 
 def by_place(a: Placed, b: Placed, within_m: float | None) -> tuple[Placed, str]:
-    """The second file with the numbers of the first file's points, each of them the nearest to one of its own,
-    and a sentence on it; points that are no one's nearest keep numbers that the first does not have.
+    """The second file with the numbers of the first file's points, each of them the nearest to one of its
+    own, and a sentence on it; points that are no one's nearest keep numbers that the first does not have.
 
     within_m: how far apart two points may be that are one; by default half the least distance of neighbours.
     InputError where a file has no geometry, or no points are so near.
@@ -54,7 +55,9 @@ def by_place(a: Placed, b: Placed, within_m: float | None) -> tuple[Placed, str]
     _, of_b = scipy.spatial.cKDTree(at_b).query(at_a)
     pairs = {b.nodes[n]: a.nodes[k] for n, k in enumerate(of_a) if far[n] <= reach and of_b[k] == n}
     if not pairs:
-        found = f"no point within {reach:.3g} m of one of {a.table.source}; the nearest is {np.min(far):.3g} m off"
+        found = (
+            f"no point within {reach:.3g} m of one of {a.table.source}, the nearest {np.min(far):.3g} m off"
+        )
         fix = "bring both into one coordinate system and unit, or say a larger distance: `--within`"
         raise InputError(b.table.source, found, "points at the same places", fix)
     free = max([*a.nodes, *b.nodes, *(c.node for c in b.table.channels)]) + 1
@@ -81,7 +84,9 @@ def spacing(places: Array) -> float:
 
 
 def elsewhere(a: Placed, b: Placed) -> str:
-    """A sentence where nodes of the same number stand further apart than half the least distance of neighbours."""
+    """A sentence where nodes of the same number stand further apart than half the least distance of
+    neighbours.
+    """
     common = sorted(set(a.nodes) & set(b.nodes))
     if not common:
         return ""
@@ -92,6 +97,6 @@ def elsewhere(a: Placed, b: Placed) -> str:
         return ""
     worst = common[int(np.argmax(apart))]
     return (
-        f"{count(len(off), 'node')} of the same number stand at other places, such as {worst}, {np.max(apart):.3g} m"
-        " apart: `--by place` pairs points by where they are"
+        f"{count(len(off), 'node')} of the same number stand at other places, such as {worst},"
+        f" {np.max(apart):.3g} m apart: `--by place` pairs points by where they are"
     )

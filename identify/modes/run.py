@@ -41,16 +41,15 @@ def run_modes(
     estimation: Estimation | None = None,
     roved: bool = False,
 ) -> tuple[ModesResult, list[Path]]:
-    """Modes of the FRFs in a file, in several of one test, or of every FRF measurement of a study; returns the
-    result and what was written, the HDF5 file first.
+    """Modes of the FRFs in a file, in several of one test, or of every FRF measurement of a study; returns
+    the result and what was written, the HDF5 file first.
 
     file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study
     or the defaults; geometry: universal file with the measurement points, by default the data file itself,
-    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written
-    too; choices: YAML file of keys like modal, which overrides it; estimation: of FRFs from time records, which
-    the files have; roved: whether each node of a response was measured by itself.  A study has all but `modal`
-    itself.
-    InputError for anything that cannot be read, analysed or written.
+    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written too;
+    choices: YAML file of keys like modal, which overrides it; estimation: of FRFs from time records, which
+    the files have; roved: whether each node of a response was measured by itself.  A study has all but
+    `modal` itself. InputError for anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
     modal = {**chosen_settings(choices), **(modal or {})}

@@ -24,8 +24,9 @@ _SHOWN = 4
 def read_setups(
     files: Sequence[Path], file: FrfFileOptions, estimation: Estimation | None, roved: bool
 ) -> list[tuple[str, FrfSet]]:
-    """The FRFs of each setup with its name: files whose responses are at the same nodes are one setup.  roved:
-    each node of a response is a setup, as where one sensor was moved while all FRFs went into one file.
+    """The FRFs of each setup with its name: files whose responses are at the same nodes are one setup.
+    roved: each node of a response is a setup, as where one sensor was moved while all FRFs went into one
+    file.
     """
     sets = {path: read_source([path], file, estimation) for path in files}
     groups: dict[frozenset[int], list[Path]] = {}
@@ -83,13 +84,13 @@ def setups_note(name: str, kept: results.SetupPoles) -> str:
     left = np.nanmax(np.abs(kept.own_hz - kept.expected_hz), axis=1)
     part = float(np.nanmedian(left / np.maximum(spread * kept.frequency_hz, 1e-12)))
     if not part < 0.5:
-        return f"{said}, which the mass of moved sensors does not explain: look at what else changed between them"
+        return f"{said}, which the mass of moved sensors does not explain: look at what else changed"
     mass = (
         f" of {1e3 * kept.sensor_kg:.3g} ± {1e3 * SIGMAS_95 * kept.sensor_kg_std:.1g} g"
         if kept.sensor_kg > 0
         else ""
     )
     return (
-        f"{said}: the mass{mass} of a moved sensor explains it but for {100 * part:.2g} % (median); frequencies,"
-        " damping and shapes are those without it"
+        f"{said}: the mass{mass} of a moved sensor explains it but for {100 * part:.2g} % (median);"
+        " frequencies, damping and shapes are those without it"
     )

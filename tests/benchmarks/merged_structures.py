@@ -93,9 +93,9 @@ class Test:
         return int(np.flatnonzero(here)[0])
 
 
-def draw(rng: np.random.Generator) -> Test:
-    """A test: one to four roved sensors in a setup that weigh 30 to 50 g together, one or two forces, some with
-    a fixed sensor beside them.
+def draw(rng: np.random.Generator, *, each: bool = False) -> Test:
+    """A test: one to four roved sensors in a setup that weigh 30 to 50 g together (or each), one or two
+    forces, some with a fixed sensor beside them.
     """
     body = _plate(rng) if rng.random() < 0.5 else _truss(rng)
     nodes = np.unique(body.node)
@@ -112,7 +112,8 @@ def draw(rng: np.random.Generator) -> Test:
     high = 0.5 * (hz[min(12, len(hz) - 2)] + hz[min(13, len(hz) - 1)])
     low = 0.6 * hz[hz > 1.0][0]
     roved = tuple(np.sort(part) for part in np.array_split(free, setups))
-    return Test(body, forces, fixed, roved, rng.uniform(0.03, 0.05) / sensors, np.linspace(low, high, _LINES))
+    kg = rng.uniform(0.03, 0.05) / (1 if each else sensors)
+    return Test(body, forces, fixed, roved, kg, np.linspace(low, high, _LINES))
 
 
 def _damped(rng: np.random.Generator, mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

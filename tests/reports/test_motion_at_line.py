@@ -38,9 +38,8 @@ def _picture(page: Page) -> str:
 
 
 def _set(page: Page, picker: str, value: object, event: str = "change") -> None:
-    page.run(
-        f"{{ const e = $('{picker}'); e.value = {json.dumps(value)}; e.dispatchEvent(new Event('{event}')); }}"
-    )
+    chosen = f"e.value = {json.dumps(value)}; e.dispatchEvent(new Event('{event}'))"
+    page.run(f"{{ const e = $('{picker}'); {chosen}; }}")
 
 
 def test_the_motion_at_a_line_is_what_the_frfs_say(page: Page, modes_page: Path) -> None:

@@ -46,8 +46,8 @@ def read_shapes(path: Path, *, rigid_too: bool = False) -> ModalTable:
     """The modes of a universal file, by frequency, with their shapes; damping NaN where the file gives none.
 
     Shapes stored as velocity or acceleration become displacement; rigid motion, which a free structure has at
-    0 Hz, is left out, and `notes` says so; rigid_too: it is not.  InputError for a file without modes, for modes at different
-    nodes, and for anything out of its columns, with the line.
+    0 Hz, is left out, and `notes` says so; rigid_too: it is not.  InputError for a file without modes, for
+    modes at different nodes, and for anything out of its columns, with the line.
     """
     found = [
         mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None

@@ -1,9 +1,10 @@
-"""Modes of responses in several setups that have reference sensors in common, put together by their shapes there.
+"""Modes of responses in several setups that have reference sensors in common, put together by their shapes
+there.
 
-Each setup is analysed by itself, and its shapes are of any size.  All sizes are fitted at once (least squares of a
-matrix of rank one with gaps, sensors by setups), which is PoSER merging with the references of all setups
-(Reynders, Magalhaes, De Roeck and Cunha, IMAC 27 (2009); Doehler, Reynders, Magalhaes, Mevel, De Roeck and Cunha,
-IMAC 28 (2010)).
+Each setup is analysed by itself, and its shapes are of any size.  All sizes are fitted at once (least squares
+of a matrix of rank one with gaps, sensors by setups), which is PoSER merging with the references of all
+setups (Reynders, Magalhaes, De Roeck and Cunha, IMAC 27 (2009); Doehler, Reynders, Magalhaes, Mevel, De Roeck
+and Cunha, IMAC 28 (2010)).
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ _REFERENCES = 2
 
 
 def merged_responses(found: Sequence[OperationalModes], names: Sequence[str]) -> Merged:
-    """One set of modes from those of several setups: those that all show, for a mode that one of them misses has
-    no shape there.  InputError where setups have fewer than two sensors in common.
+    """One set of modes from those of several setups: those that all show, for a mode that one of them misses
+    has no shape there.  InputError where setups have fewer than two sensors in common.
     """
     grid = _grid(found)
     count = [np.sum([n in rows for rows in grid.rows]) for n in range(len(grid.outputs))]
@@ -73,8 +74,8 @@ def _on_grid(one: OperationalModes, grid: Grid, k: int, rows: Index) -> Complex:
 
 
 def unit_shapes(merged: Merged, found: Sequence[OperationalModes]) -> tuple[Complex, Array]:
-    """Merged shapes (m, sensors), the largest component 1, and their standard deviations by those of the setup
-    that knows each component best.
+    """Merged shapes (m, sensors), the largest component 1, and their standard deviations by those of the
+    setup that knows each component best.
     """
     shapes = merged.shapes
     largest = shapes[np.arange(len(shapes)), np.argmax(np.abs(shapes), axis=1)][:, None]

@@ -72,5 +72,5 @@ def _between(a: ModalTable, j: int, b: ModalTable) -> Array:
     far = np.abs(np.log(b.frequency_hz / a.frequency_hz[j]))
     in_a, in_b, sign = common_channels(a, b)
     if a.shapes is None or b.shapes is None or len(in_a) < 2:
-        return far
+        return np.asarray(far)
     return np.asarray(far + _LEFT * (1 - macx(a.shapes[[j]][:, in_a], b.shapes[:, in_b] * sign)[0]))

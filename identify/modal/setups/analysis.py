@@ -1,4 +1,5 @@
-"""Modes of FRFs in several setups, each with poles of its own: what differs is noticed, explained and taken out.
+"""Modes of FRFs in several setups, each with poles of its own: what differs is noticed, explained and taken
+out.
 
 Every setup is analysed by itself (post-separate estimation); modes are paired over setups (`align`), their
 residues between all channels form one matrix of rank one (`residues`), whose scale forces measured in all
@@ -23,8 +24,8 @@ from identify.modal.setups.align import align, nearest
 from identify.modal.setups.residues import Grid, factors, residues
 
 _SHOWN, _EXPLAINED = 2, 0.3
-"""So many setups are enough for a mode whose poles are, on average, so near in half-bandwidths to where the mass
-of a sensor puts them: others are shown by the part of all setups that a pole needs of all orders."""
+"""So many setups are enough for a mode whose poles are, on average, so near in half-bandwidths to where the
+mass of a sensor puts them: others are shown by the part of all setups that a pole needs of all orders."""
 _TURNS = 10
 """Of shapes and loads, each of which needs the other."""
 
@@ -69,7 +70,7 @@ def merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float 
 
 
 def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: float) -> Merged:
-    """The modes that are real of those that setups show; of: what comes of rows of tables, (modes, setups)."""
+    """The modes that are real of those that setups show; of: what comes of rows of tables (modes, setups)."""
     state = of(align(tables))
     again = nearest(tables, _expected(state), -state.poles.real / np.abs(state.poles), state.member)
     best = max(state, of(again), key=_explains)
@@ -83,8 +84,8 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
 
 
 def _joined(state: Merged) -> Index:
-    """Rows of tables with modes as one that no setup shows both of and that are, without sensors, within their
-    half-power bandwidth: parts of one.
+    """Rows of tables with modes as one that no setup shows both of and that are, without sensors, within
+    their half-power bandwidth: parts of one.
     """
     rows: list[Index] = []
     last = complex(0.0, 0.0)
@@ -142,8 +143,8 @@ def together(
     forced: bool = True,
 ) -> Merged:
     """Modes from the poles (m, setups) of setups with their standard deviations (m, setups, 2), and their
-    products of shape and participation, (setups, m, outputs, inputs).  forced: whether inputs are forces; where
-    they are not, shapes are of any size in each setup and keep what sensors did to them.
+    products of shape and participation, (setups, m, outputs, inputs).  forced: whether inputs are forces;
+    where they are not, shapes are of any size in each setup and keep what sensors did to them.
     """
     poles, std = own
     if any(map(len, roved)):
@@ -292,8 +293,8 @@ def _square(grid: Grid, shapes: Complex, participation: Complex) -> tuple[Array,
 def _loads(
     omega: Array, std: Array, moved: Sequence[Array], square: tuple[Array, Array], mixed: bool
 ) -> tuple[loading.Loading, tuple[float, float]]:
-    """What explains the poles, and the sensor's mass, kg, with its standard deviation: where drive points tell
-    modal masses, one mass for all modes is told by those that tell it well, and then helps the others.
+    """What explains the poles, and the sensor's mass, kg, with its standard deviation: where drive points
+    tell modal masses, one mass for all modes is told by those that tell it well, and then helps the others.
     """
     alone = loading.explained(omega, std, moved, None, mixed)
     value, seen = square
@@ -332,8 +333,8 @@ def unloaded(own: Complex, std: Array, loads: loading.Loading | None) -> tuple[A
 
 
 def _mean(values: Array, std: Array) -> tuple[Array, Array]:
-    """Weighted means over the last axis, and their standard deviations.  What values differ by beyond their own
-    (DerSimonian and Laird, Controlled Clinical Trials 7 (1986)) counts in full: setups may be off alike.
+    """Weighted means over the last axis, and their standard deviations.  What values differ by beyond their
+    own (DerSimonian and Laird, Controlled Clinical Trials 7 (1986)) counts in full: setups may be off alike.
     """
     weight = np.where(np.isfinite(values), 1 / std**2, 0.0)
     total = np.sum(weight, axis=-1)

@@ -1,7 +1,7 @@
 """What a mass at some points of a structure does to its modes, and which one explains poles that differ.
 
-A sensor of mass m that moves by phi in a mode of unit modal mass lowers it to omega_0 / sqrt(1 + m phi^2): the
-more the point moves, the more.  So poles of setups over the squared shape lead back to the mode without a
+A sensor of mass m that moves by phi in a mode of unit modal mass lowers it to omega_0 / sqrt(1 + m phi^2):
+the more the point moves, the more.  So poles of setups over the squared shape lead back to the mode without a
 sensor.  Other modes take part; what they do comes from the eigenvalues of all modes with the mass (structural
 modification: Ewins, Modal Testing (2000), 6.2; of sensors' masses: Ashory, Ph.D. thesis, Imperial College
 (1999); Cakar and Sanliturk, MSSP 19 (2005) 87-104).
@@ -65,10 +65,10 @@ def explained(
 ) -> Loading:
     """The loads that explain poles best; omega, std (m, setups), NaN where a setup does not show a mode.
 
-    shapes: (m, channels) of the roved sensors of each setup, real; prior: loads (m,) known otherwise, NaN where
-    not, and their standard deviations.  Without one a load is 0, give or take the largest of all modes.  mixed:
-    whether a mass mixes modes, or each is by itself.  What a mode's poles are off by, which is the error of a
-    model of few modes, counts in full for the one without masses: it is alike in all setups.
+    shapes: (m, channels) of the roved sensors of each setup, real; prior: loads (m,) known otherwise, NaN
+    where not, and their standard deviations.  Without one a load is 0, give or take the largest of all modes.
+    mixed: whether a mass mixes modes, or each is by itself.  What a mode's poles are off by, which is the
+    error of a model of few modes, counts in full for the one without masses: it is alike in all setups.
     """
     known = np.isfinite(omega)
     std = np.where(known, std, 1.0)
@@ -99,8 +99,8 @@ def explained(
         rest = np.abs((omega - there) / wide)[known]
         error = float(np.clip(error * _MEDIAN * np.median(rest), _LEAST, _PART))
     count = known.sum(axis=1)
-    off = np.sum(np.where(known, weight * (omega - there), 0.0) ** 2, axis=1) / np.sum(weight**2, axis=1)
-    rest = np.sqrt(off * count / np.maximum(count - 2, 1))
+    off = np.sum(np.where(known, omega - there, 0.0) ** 2, axis=1)
+    rest = np.sqrt(off / np.maximum(count - 2, 1))
     return Loading(base, np.hypot(spread[0], rest), load / unit, spread[1] / unit, there, error)
 
 
@@ -128,8 +128,8 @@ def _lines(
 
 
 def without(product: Complex, shape: Complex, participation: Complex, load: Array, made: Array) -> Complex:
-    """Products of shapes and participations of modes with masses on, (m, outputs, inputs), less what the masses
-    did to them.
+    """Products of shapes and participations of modes with masses on, (m, outputs, inputs), less what the
+    masses did to them.
 
     shape (m, outputs), participation (m, inputs): of the modes without masses; made (m, m): of `loaded`.
     """

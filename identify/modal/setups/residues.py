@@ -28,8 +28,8 @@ _TURNS = 50
 
 @dataclass(frozen=True)
 class Grid:
-    """All channels of several setups: outputs and inputs, each once whatever its sign in a setup; rows, columns:
-    where those of each setup stand; turn: the sign that a setup's FRFs have there.
+    """All channels of several setups: outputs and inputs, each once whatever its sign in a setup; rows,
+    columns: where those of each setup stand; turn: the sign that a setup's FRFs have there.
     """
 
     outputs: tuple[Channel, ...]
@@ -68,8 +68,8 @@ class Grid:
 
 
 def residues(found: ModalAnalysis, poles: Complex) -> tuple[Complex, Complex]:
-    """Receptance residues (outputs, inputs) of the modes of a setup, (m, outputs, inputs), and those of further
-    poles (n,) that it does not show by themselves, (n, outputs, inputs).
+    """Receptance residues (outputs, inputs) of the modes of a setup, (m, outputs, inputs), and those of
+    further poles (n,) that it does not show by themselves, (n, outputs, inputs).
     """
     own = np.einsum("mo,mi->moi", found.model.shapes, found.model.participation)
     more = _further(found, poles) if len(poles) else np.zeros((0, *own.shape[1:]), dtype=complex)
@@ -79,9 +79,9 @@ def residues(found: ModalAnalysis, poles: Complex) -> tuple[Complex, Complex]:
 
 
 def _further(found: ModalAnalysis, poles: Complex) -> Complex:
-    """Residues of poles beside those of a setup, with any participation, by linear least squares; of two poles
-    that the band does not tell apart each has a part.  A resonance beyond the band that was fitted is taken as
-    it is.
+    """Residues of poles beside those of a setup, with any participation, by linear least squares; of two
+    poles that the band does not tell apart each has a part.  A resonance beyond the band that was fitted is
+    taken as it is.
     """
     layout, refs = found.layout, len(found.layout.references)
     known = [found.model.poles, found.outside.poles]
@@ -105,8 +105,8 @@ def _further(found: ModalAnalysis, poles: Complex) -> Complex:
 
 
 def factors(matrix: Complex, weight: Array) -> tuple[Complex, Complex]:
-    """Shape (outputs,) and participation (inputs,), largest component 1, whose product fits a matrix best; NaN
-    where it has gaps; weight (outputs, inputs): one over the variance of its values.
+    """Shape (outputs,) and participation (inputs,), largest component 1, whose product fits a matrix best;
+    NaN where it has gaps; weight (outputs, inputs): one over the variance of its values.
     """
     known = np.where(np.isfinite(matrix), weight, 0.0)
     values = np.where(known > 0, matrix, 0.0)

@@ -1,4 +1,4 @@
-"""Merged modes as a modal analysis: one table, one set of FRFs, so that all that judges and plots one works."""
+"""Merged modes as a modal analysis: one table and one set of FRFs, for all that judges and plots one."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ def pooled(sets: Sequence[FrfSet], source: str = "", sha256: str = "") -> FrfSet
     )
 
 
-def _spread(grid: Grid, values: Sequence[Complex]) -> Complex:
+def _spread(grid: Grid, values: Sequence[Complex] | Sequence[Array]) -> Complex:
     """Values (L, outputs, inputs) of all setups on all channels, NaN where nothing was measured."""
-    whole = grid.spread(0, values[0])
+    whole = grid.spread(0, np.asarray(values[0], dtype=complex))
     for k, one in enumerate(values[1:], 1):
-        more = grid.spread(k, one)
+        more = grid.spread(k, np.asarray(one, dtype=complex))
         whole = np.where(np.isnan(whole), more, whole)
     return whole
 
@@ -59,6 +59,7 @@ def as_analysis(
     each setup has by itself, with its own sensors on.
     """
     inside = _inside(merged, found[0])
+    rows = [int(r) for r in np.flatnonzero(inside)]
     layout, rebuilt = _layout(data, merged.grid, found), _rebuilt(merged.grid, found)
     model = ModalModel(merged.poles[inside], merged.participation[inside], merged.shapes[inside], {})
     if layout.transposed:
@@ -78,7 +79,7 @@ def as_analysis(
         model=model,
         outside=ModalModel(model.poles[none], model.participation[none], model.shapes[none], {}),
         scaling=scaling,
-        modes=tuple(_candidate(merged, r, found) for r in np.flatnonzero(inside)),
+        modes=tuple(_candidate(merged, r, found) for r in rows),
         rejected=tuple(_rejected(merged, inside, names, found)),
         diagram=_diagram([one.diagram for one in found]),
         layout=layout,
@@ -93,7 +94,7 @@ def as_analysis(
         mode_indicator=_indicator(layout),
         reciprocity=reciprocity(data),
         bands_hz=found[0].bands_hz,
-        by_noise=np.array([_by_noise(merged, r, found) for r in np.flatnonzero(inside)], dtype=bool),
+        by_noise=np.array([_by_noise(merged, r, found) for r in rows], dtype=np.bool_),
     )
 
 
@@ -129,7 +130,8 @@ def _indicator(layout: Layout) -> Array:
 def _candidate(merged: Merged, r: int, found: Sequence[ModalAnalysis]) -> Candidate:
     """The mode as the first setup that shows it found it."""
     k = int(np.flatnonzero(merged.member[r] >= 0)[0])
-    return replace(found[k].modes[merged.member[r, k]], pole=complex(merged.poles[r]))
+    mode: Candidate = found[k].modes[int(merged.member[r, k])]
+    return replace(mode, pole=complex(merged.poles[r]))
 
 
 def _by_noise(merged: Merged, r: int, found: Sequence[ModalAnalysis]) -> bool:
@@ -143,7 +145,7 @@ def _rejected(
     own = [
         replace(c, reason=f"{c.reason} ({n})") for n, a in zip(names, found, strict=True) for c in a.rejected
     ]
-    for r in np.flatnonzero(~inside):
+    for r in map(int, np.flatnonzero(~inside)):
         hz = abs(merged.poles[r]) / (2 * np.pi)
         own.append(
             replace(_candidate(merged, r, found), reason=f"a resonance beyond the band, at {hz:.4g} Hz")

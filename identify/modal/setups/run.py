@@ -38,10 +38,11 @@ class Setups:
 def analyse_setups(
     data: FrfSet, sets: Sequence[FrfSet], names: Sequence[str], settings: ModalSettings
 ) -> tuple[ModalAnalysis, Setups | None]:
-    """Modes of several setups; data: the FRFs of all (`result.pooled`).  Without a mode in any setup, those of
-    all FRFs at once.
+    """Modes of several setups; data: the FRFs of all (`result.pooled`).  Without a mode in any setup, those
+    of all FRFs at once.
 
-    InputError as `analyse`, and for setups without a common axis, quantity or window, or that no channel joins.
+    InputError as `analyse`, and for setups without a common axis, quantity or window, or that no channel
+    joins.
     """
     _check(sets, names, data)
     found = []

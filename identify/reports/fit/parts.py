@@ -32,8 +32,8 @@ def stage(measurements: Sequence[Any], stages: Sequence[tuple[str, str]], what: 
 
 
 def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]]:
-    """The canvases for shapes of these measurements: the measured one only where shapes were measured, that of
-    motion at a line only where there are FRFs.
+    """The canvases for shapes of these measurements: the measured one only where shapes were measured, that
+    of motion at a line only where there are FRFs.
     """
     there = {
         "model": True,

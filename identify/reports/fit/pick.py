@@ -158,7 +158,8 @@ def nodes(channels: Sequence[str]) -> list[int]:
 
 
 def ways(g: Geometry, channels: Sequence[str]) -> dict[str, tuple[int, Array]]:
-    """The direction of every translational channel in the base's axes as (row of its point, unit vector (3,)).
+    """The direction of every translational channel in the base's axes as (row of its point, unit vector
+    (3,)).
 
     Empty where the axes of the points were not kept; channels of nodes without a place are left out.
     """
