@@ -1,4 +1,5 @@
-"""`identify modes` on several files: setups, one sensor moved within a file, time records with their forces."""
+"""`identify modes` on several files: setups, one sensor moved within a file, time records with their forces.
+"""
 
 from __future__ import annotations
 

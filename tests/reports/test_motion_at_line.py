@@ -46,7 +46,7 @@ def test_the_motion_at_a_line_is_what_the_frfs_say(page: Page, modes_page: Path)
     m = modes_result().measurements["table"]
     assert m.geometry is not None
     page.open(modes_page)
-    page.wait(f"{SAID}.startsWith('measured motion')")
+    page.wait(f"{SAID}.startsWith('measured at')")
     line, force = 40, m.frf.input[0]
     _set(page, "robot-force", force)
     _set(page, "robot-line", line, "input")
@@ -68,14 +68,14 @@ def test_it_follows_mode_slider_force_and_the_plot_of_an_frf(page: Page, modes_p
     m = modes_result().measurements["table"]
     page.open(modes_page)
     page.run("$('robot-play').click()")
-    page.wait(f"{SAID}.startsWith('measured motion')")
+    page.wait(f"{SAID}.startsWith('measured at')")
     for mode, hz in enumerate(m.modes.frequency_hz):
         page.run(
             f"$('robot-mode').selectedIndex = {mode}; $('robot-mode').dispatchEvent(new Event('change'))"
         )
         nearest = int(np.argmin(np.abs(m.frf.frequency_hz - hz)))
         page.wait(f"Number($('robot-line').value) === {nearest}")
-    page.wait(f"{SAID}.startsWith('measured motion')")
+    page.wait(f"{SAID}.startsWith('measured at')")
     before = _picture(page)
     _set(page, "robot-line", 5, "input")
     page.wait(f"$('robot-motion').toDataURL() !== {before!r}")
@@ -90,7 +90,7 @@ def test_a_measurement_without_known_directions_says_so(page: Page, tmp_path: Pa
     path = tmp_path / "fit.html"
     path.write_text(page_of(frf_result()), encoding="utf-8")
     page.open(path)
-    page.wait(f"{SAID}.startsWith('measured motion')")
+    page.wait(f"{SAID}.startsWith('measured at')")
     page.run(
         "Object.keys(DATA.measurements[0].robot.ways).forEach(k => delete DATA.measurements[0].robot.ways[k])"
     )

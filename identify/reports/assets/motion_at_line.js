@@ -42,7 +42,7 @@
     if (!(most > 0)) return ROBOT.move(null, `no response along known directions to a force at ${picker.value}`);
     for (const side of ["real", "imag"]) shape[side] = shape[side].map(row => row[0] === null ? row : row.map(v => 1000 * v / most));
     const much = set.frf.quantity in POWER ? `, largest ${(1e6 * most).toPrecision(3)} µm/N` : "";
-    ROBOT.move(shape, `measured motion at ${hz.toPrecision(4)} Hz, ${set.frf.quantity in POWER ? "force" : "reference"} at ${picker.value}${much}`);
+    ROBOT.move(shape, `measured at ${hz.toPrecision(4)} Hz, ${set.frf.quantity in POWER ? "force" : "reference"} ${picker.value}${much}`);
   }
 
   slider.addEventListener("input", show);
