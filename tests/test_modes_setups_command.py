@@ -1,5 +1,4 @@
-"""`identify modes` on several files: setups, one sensor moved within a file, time records with their forces.
-"""
+"""`identify modes` on several files: setups, a sensor moved within one file, time records with forces."""
 
 from __future__ import annotations
 

@@ -168,3 +168,30 @@ def test_factors_of_a_matrix_with_gaps() -> None:
     mask[0] = [True, False, False]
     mask[1:, 0] = False
     assert not is_joined(mask)
+
+
+def test_choices_by_hand_and_of_channels_are_of_all_setups() -> None:
+    sets, names = setups(KG), [s.source for s in setups(KG)]
+    data = pooled(sets)
+    dropped, _ = analyse_setups(data, sets, names, ModalSettings(drop_hz=(31.0,)))
+    assert dropped.table.frequency_hz == pytest.approx(np.delete(HZ, 1), rel=1e-3)
+    named, _ = analyse_setups(data, sets, names, ModalSettings(modes_hz=(20.0, 62.0)))
+    assert named.table.frequency_hz == pytest.approx(HZ[[0, 3]], rel=1e-3)
+    with pytest.raises(InputError, match="no mode of all setups near 40 Hz"):
+        analyse_setups(data, sets, names, ModalSettings(keep_hz=(40.0,)))
+    two = [measure([k], KG, [1, 3], 0.003, 3 + k, str(k)) for k in range(N)]
+    one, _ = analyse_setups(pooled(two), two, names, ModalSettings(references=("4:+Z",), direction="Z"))
+    assert [str(c) for c in one.references] == ["4:+Z"]
+    assert len(one.table) == 4
+
+
+def test_a_setup_of_noise_alone_and_lines_that_one_lacks_do_no_harm() -> None:
+    sets = list(setups(KG))
+    rng = np.random.default_rng(8)
+    shape = sets[2].frf.shape
+    sets[2] = replace(sets[2], frf=rng.normal(size=shape) + 1j * rng.normal(size=shape))
+    sets[4] = replace(sets[4], frf=np.where(np.arange(len(LINES))[:, None, None] < 3, np.nan, sets[4].frf))
+    found, said = analyse_setups(pooled(sets), sets, [s.source for s in sets], ModalSettings())
+    assert said is not None
+    assert found.table.frequency_hz == pytest.approx(HZ, rel=1e-3)
+    assert len(found.layout.frequency_hz) == len(LINES) - 3

@@ -53,6 +53,13 @@ class Merged:
     kg_std: float = np.nan
     turned_down: tuple[tuple[float, int], ...] = ()
 
+    def rows(self, kept: Mask) -> Merged:
+        """Some of the modes."""
+        names = ("poles", "frequency_std_hz", "damping_std", "shapes", "participation", "member", "own")
+        some = {name: getattr(self, name)[kept] for name in names}
+        loads = None if self.loading is None else _ordered(self.loading, np.flatnonzero(kept))
+        return replace(self, **some, loading=loads)
+
 
 def merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float = 0.4) -> Merged:
     """One set of modes from those of several setups; least: part of them that must show a mode."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 
 import numpy as np
 
@@ -104,9 +105,14 @@ def _inside(merged: Merged, first: ModalAnalysis) -> Mask:
     return np.asarray((hz >= lines[0]) & (hz <= lines[-1]))
 
 
+def _lines(found: Sequence[ModalAnalysis]) -> Array:
+    """The lines that were analysed in all setups, Hz."""
+    return reduce(np.intersect1d, [one.layout.frequency_hz for one in found])
+
+
 def _layout(data: FrfSet, grid: Grid, found: Sequence[ModalAnalysis]) -> Layout:
     """All FRFs on the lines that were analysed, the smaller side as references."""
-    lines = np.isin(data.frequency_hz, found[0].layout.frequency_hz)
+    lines = np.isin(data.frequency_hz, _lines(found))
     transposed = len(grid.outputs) < len(grid.inputs)
     frf, sides = data.frf[lines], (grid.outputs, grid.inputs)
     if transposed:
@@ -116,7 +122,11 @@ def _layout(data: FrfSet, grid: Grid, found: Sequence[ModalAnalysis]) -> Layout:
 
 
 def _rebuilt(grid: Grid, found: Sequence[ModalAnalysis]) -> Complex:
-    own = [one.synthesised.transpose(0, 2, 1) if one.layout.transposed else one.synthesised for one in found]
+    """FRFs (L, outputs, inputs) of each setup's own modes."""
+    lines, own = _lines(found), []
+    for one in found:
+        frf = one.synthesised[np.isin(one.layout.frequency_hz, lines)]
+        own.append(frf.transpose(0, 2, 1) if one.layout.transposed else frf)
     return _spread(grid, own)
 
 

@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.core.interruption import check
 from identify.core.text import listed
 from identify.measured.common_lines import common_axis
 from identify.measured.frf_set import FrfSet
 from identify.modal.analysis import ModalAnalysis, analyse
+from identify.modal.selection import MANUAL_REACH
 from identify.modal.settings import ModalSettings
 from identify.modal.setups.analysis import Merged, merged, poles_of
 from identify.modal.setups.residues import is_joined
-from identify.modal.setups.result import as_analysis
+from identify.modal.setups.result import as_analysis, pooled
 
+_NOTHING_BY_HAND: dict[str, Any] = {"modes_hz": None, "keep_hz": (), "drop_hz": ()}
+"""What is chosen by hand are modes of all setups."""
 _BY_CHANCE = 1e-3
 """Probability of poles that differ so much where they are the same, over all modes: below it they differ."""
 
@@ -48,13 +52,43 @@ def analyse_setups(
     found = []
     for one in sets:
         check()
-        found.append(analyse(one, settings))
+        found.append(analyse(one, settings.model_copy(update=_NOTHING_BY_HAND)))
     if not any(len(one.table) for one in found):
         return analyse(data, settings), None
+    sets = [as_analysed(one, own) for one, own in zip(sets, found, strict=True)]
     modes = merged(sets, found, settings.min_presence)
-    agree = poles_agree(modes, found)
-    analysis = analyse(data, settings) if agree else as_analysis(data, modes, names, found)
-    return analysis, Setups(tuple(names), modes, agree)
+    if poles_agree(modes, found):
+        return analyse(data, settings), Setups(tuple(names), modes, together=True)
+    modes = modes.rows(_chosen(modes, settings))
+    analysis = as_analysis(pooled(sets, data.source, data.sha256), modes, names, found)
+    return replace(analysis, settings=settings), Setups(tuple(names), modes, together=False)
+
+
+def as_analysed(data: FrfSet, found: ModalAnalysis) -> FrfSet:
+    """The channels of a set that were analysed."""
+    layout = found.layout
+    sides = layout.responses, layout.references
+    outputs, inputs = sides[::-1] if layout.transposed else sides
+    return data.pairs([data.outputs.index(c) for c in outputs], [data.inputs.index(c) for c in inputs])
+
+
+def _chosen(modes: Merged, settings: ModalSettings) -> Mask:
+    """Modes that were not dropped by hand, or of some that were named these alone; InputError for a frequency
+    without a mode.
+    """
+    hz = np.abs(modes.poles) / (2 * np.pi)
+
+    def near(asked: Sequence[float], key: str) -> Mask:
+        rows = np.abs(hz[:, None] / np.array(asked).reshape(1, -1) - 1) <= MANUAL_REACH
+        for frequency in np.array(asked)[~rows.any(axis=0)]:
+            found = f"no mode of all setups near {frequency:g} Hz"
+            raise InputError(key, found, "one of " + ", ".join(f"{f:.4g}" for f in hz) + " Hz")
+        return np.asarray(rows.any(axis=1))
+
+    near(settings.keep_hz, "keep_hz")
+    if settings.modes_hz is not None:
+        return near(settings.modes_hz, "modes_hz")
+    return ~near(settings.drop_hz, "drop_hz")
 
 
 def poles_agree(modes: Merged, found: Sequence[ModalAnalysis]) -> bool:
