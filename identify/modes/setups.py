@@ -66,7 +66,7 @@ def kept_setups(found: Setups) -> results.SetupPoles:
         expected_hz=expected,
         together=found.together,
         sensor_kg=modes.kg,
-        sensor_kg_std=modes.kg_std,
+        sensor_std_kg=modes.kg_std,
     )
 
 
@@ -86,7 +86,7 @@ def setups_note(name: str, kept: results.SetupPoles) -> str:
     if not part < 0.5:
         return f"{said}, which the mass of moved sensors does not explain: look at what else changed"
     mass = (
-        f" of {1e3 * kept.sensor_kg:.3g} ± {1e3 * SIGMAS_95 * kept.sensor_kg_std:.1g} g"
+        f" of {1e3 * kept.sensor_kg:.3g} ± {1e3 * SIGMAS_95 * kept.sensor_std_kg:.1g} g"
         if kept.sensor_kg > 0
         else ""
     )

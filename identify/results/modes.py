@@ -161,7 +161,7 @@ class SetupPoles:
     expected_hz: Array
     together: bool
     sensor_kg: float
-    sensor_kg_std: float
+    sensor_std_kg: float
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,10 @@ from identify.modal.setups import loading
 from identify.modal.setups.align import align, nearest
 from identify.modal.setups.residues import Grid, factors, residues
 
-_SHOWN, _EXPLAINED = 2, 0.3
+_SHOWN, _EXPLAINED = 3, 0.3
 """So many setups are enough for a mode whose poles are, on average, so near in half-bandwidths to where the
-mass of a sensor puts them: others are shown by the part of all setups that a pole needs of all orders."""
+mass of a sensor puts them (through two poles there is always a line); others are shown by the part of all
+setups that a pole needs of all orders."""
 _TURNS = 10
 """Of shapes and loads, each of which needs the other."""
 

@@ -36,6 +36,6 @@ def setup_table(m: AnalysedMeasurement) -> Table | None:
     else:
         said = "Frequency: without moved sensors. Unexplained: what their mass leaves of a pole, at most."
         if np.isfinite(s.sensor_kg):
-            std = SIGMAS_95 * s.sensor_kg_std
+            std = SIGMAS_95 * s.sensor_std_kg
             said += f" Mass of a moved sensor: {number(1e3 * s.sensor_kg)} ± {number(1e3 * std, 1)} g (95 %)."
     return Table(f"Setups, {m.name}", columns, tuple(rows), said)
