@@ -14,7 +14,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.merged import merged_responses, unit_shapes
-from identify.modal.setups.run import Setups
+from identify.modal.setups.run import Setups, poles_agree
 from identify.modal.window import frequency_and_damping
 from identify.modes.doubt import doubts
 from identify.modes.sensors import drawn
@@ -39,6 +39,7 @@ def together(
     """One measurement from those of all setups, and its modal table."""
     names = [one.name for one in kept]
     merged = merged_responses(found, names)
+    own = [(one.verified.model.poles, one.table) for one in found]
     shapes, shape_std = unit_shapes(merged, found)
     frequency, damping = frequency_and_damping(merged.poles)
     table = ModalTable(
@@ -73,7 +74,7 @@ def together(
         geometry=None if sensors is None else drawn(sensors),
         shapes=None if sensors is None else displacements(sensors, table),
         output_only=_extras([m.output_only for m in kept if m.output_only is not None], shape_std),
-        setups=kept_setups(Setups(tuple(names), merged, together=False)),
+        setups=kept_setups(Setups(tuple(names), merged, poles_agree(merged, own), together=False)),
     )
     return one, table
 

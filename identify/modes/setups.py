@@ -14,7 +14,7 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
 from identify.measured.source import Estimation, read_source
 from identify.modal.setups.result import pooled
-from identify.modal.setups.run import Setups
+from identify.modal.setups.run import EXPLAINED, Setups
 from identify.results import modes as results
 
 _SHOWN = 4
@@ -64,7 +64,9 @@ def kept_setups(found: Setups) -> results.SetupPoles:
         own_hz=np.abs(own) / (2 * np.pi),
         own_damping_ratio=np.asarray(-own.real / np.abs(own)),
         expected_hz=expected,
+        agree=found.agree,
         together=found.together,
+        unexplained=found.unexplained,
         sensor_kg=modes.kg,
         sensor_std_kg=modes.kg_std,
     )
@@ -73,24 +75,28 @@ def kept_setups(found: Setups) -> results.SetupPoles:
 def setups_note(name: str, kept: results.SetupPoles) -> str:
     """Whether poles of setups differ, by how much, and what explains it."""
     said = f"{name}: {count(len(kept.setup), 'setup')}"
-    if kept.together:
-        return f"{said} whose poles agree within their intervals: all FRFs were analysed together"
+    if kept.agree:
+        how = ": all FRFs were analysed together" if kept.together else ""
+        return f"{said} whose poles agree within their intervals{how}"
     spread = np.nanmax(kept.own_hz, axis=1) / np.nanmin(kept.own_hz, axis=1) - 1
     most = np.argsort(-spread)[:_SHOWN]
     shifts = listed([f"{kept.frequency_hz[r]:.4g} Hz by {100 * spread[r]:.2g} %" for r in sorted(most)])
     said += f" whose poles differ, most those at {shifts}"
-    if not np.isfinite(kept.expected_hz).any():
-        return f"{said}; no sensor was moved, so the structure changed: means over setups are shown"
-    left = np.nanmax(np.abs(kept.own_hz - kept.expected_hz), axis=1)
-    part = float(np.nanmedian(left / np.maximum(spread * kept.frequency_hz, 1e-12)))
-    if not part < 0.5:
-        return f"{said}, which the mass of moved sensors does not explain: look at what else changed"
+    if not kept.unexplained < EXPLAINED:
+        why = "which the mass of moved sensors does not explain"
+        if not np.isfinite(kept.expected_hz).any():
+            why = "though no sensor was moved"
+        how = "means over setups are shown, with their scatter"
+        if kept.together:
+            how = "all FRFs were analysed together, as a common model splits no mode"
+        return f"{said}, {why}: look at what else changed; {how}"
     mass = (
         f" of {1e3 * kept.sensor_kg:.3g} ± {1e3 * SIGMAS_95 * kept.sensor_std_kg:.1g} g"
         if kept.sensor_kg > 0
         else ""
     )
+    left = f"{100 * kept.unexplained:.2g} % (median)"
     return (
-        f"{said}: the mass{mass} of a moved sensor explains it but for {100 * part:.2g} % (median);"
-        " frequencies, damping and shapes are those without it"
+        f"{said}: the mass{mass} of a moved sensor explains it but for {left}; frequencies, damping and"
+        " shapes are those without it"
     )

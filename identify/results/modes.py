@@ -150,7 +150,8 @@ class SetupPoles:
     own_damping_ratio (m, k): in each setup, NaN where it does not show the mode; expected_hz (m, k): with the
     mass of its sensors, NaN where no sensor was moved.
 
-    together: whether poles agree, so that all FRFs were analysed at once; sensor_kg: of a moved sensor, NaN
+    agree: whether poles do; together: whether all FRFs were analysed at once; unexplained: part of the
+    differences that the mass of moved sensors leaves, median of modes; sensor_kg: of a moved sensor, NaN
     where it is not known, and its standard deviation.
     """
 
@@ -159,7 +160,9 @@ class SetupPoles:
     own_hz: Array
     own_damping_ratio: Array
     expected_hz: Array
+    agree: bool
     together: bool
+    unexplained: float
     sensor_kg: float
     sensor_std_kg: float
 

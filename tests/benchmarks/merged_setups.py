@@ -178,7 +178,8 @@ def main() -> None:
     for name, value in numbers.items():
         print(f"{name}: {value:.4g}")
     if asked.out is not None:
-        asked.out.write_text(json.dumps({**numbers, "tests": [asdict(one) for one in done]}, indent=1) + "\n")
+        kept = [{k: None if v != v else v for k, v in asdict(one).items()} for one in done]  # noqa: PLR0124
+        asked.out.write_text(json.dumps({**numbers, "tests": kept}, indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.mac import mac
 from identify.modal.settings import ModalSettings
+from identify.modal.setups import run
 from identify.modal.setups.align import align, nearest
 from identify.modal.setups.loading import explained, loaded, without
 from identify.modal.setups.residues import factors, is_joined
@@ -28,16 +29,20 @@ LINES = np.linspace(8.0, 75.0, 600)
 KG = 0.04
 
 
-def structure(at: list[int], kg: float) -> System:
-    """Four modes seen at six points, with masses at some, as modal coordinates."""
-    omega = 2 * np.pi * HZ
+def structure(at: list[int], kg: float, part: float = 0.0) -> System:
+    """Four modes seen at six points, with masses at some, as modal coordinates; part: by which all
+    frequencies are higher.
+    """
+    omega = 2 * np.pi * HZ * (1 + part)
     moved = SHAPES[:, at]
     return System(np.eye(4) + kg * moved @ moved.T, np.diag(2 * DAMPING * omega), np.diag(omega**2))
 
 
-def measure(at: list[int], kg: float, forces: list[int], noise: float, seed: int, name: str) -> FrfSet:
+def measure(
+    at: list[int], kg: float, forces: list[int], noise: float, seed: int, name: str, part: float = 0.0
+) -> FrfSet:
     """Accelerances of the points where sensors are."""
-    frf = structure(at, kg).frf(2j * np.pi * LINES)
+    frf = structure(at, kg, part).frf(2j * np.pi * LINES)
     frf = np.einsum("mo,lmn,ni->loi", SHAPES[:, at], frf, SHAPES[:, forces])
     rng = np.random.default_rng(seed)
     white = (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape)) / np.sqrt(2)
@@ -195,3 +200,21 @@ def test_a_setup_of_noise_alone_and_lines_that_one_lacks_do_no_harm() -> None:
     assert said is not None
     assert found.table.frequency_hz == pytest.approx(HZ, rel=1e-3)
     assert len(found.layout.frequency_hz) == len(LINES) - 3
+
+
+def test_what_no_mass_explains_is_a_common_model_unless_it_splits_modes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Frequencies that wander from setup to setup, whatever the sensor's place."""
+    names = [str(k) for k in range(N)]
+    wander = 0.015 * np.array([1.0, -0.5, 0.8, -1.0, 0.3, -0.5])
+    sets = [measure([k], 0.0, [1], 0.003, k, names[k], wander[k]) for k in range(N)]
+    found, said = analyse_setups(pooled(sets), sets, names, ModalSettings())
+    assert said is not None and not said.agree and not said.together
+    assert said.unexplained > 0.5
+    assert found.table.frequency_hz == pytest.approx(HZ, rel=0.015)
+    monkeypatch.setattr(run, "poles_agree", lambda modes, found: False)
+    still = setups(0.0)
+    found, said = analyse_setups(pooled(still), still, names, ModalSettings())
+    assert said is not None and said.together and said.unexplained > 0.5
+    assert len(found.table) == 4

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.core.interruption import check
 from identify.core.text import listed
 from identify.measured.common_lines import common_axis
 from identify.measured.frf_set import FrfSet
+from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.selection import MANUAL_REACH
 from identify.modal.settings import ModalSettings
@@ -24,19 +25,37 @@ from identify.modal.setups.result import as_analysis, pooled
 
 _NOTHING_BY_HAND: dict[str, Any] = {"modes_hz": None, "keep_hz": (), "drop_hz": ()}
 """What is chosen by hand are modes of all setups."""
+EXPLAINED = 0.5
+"""Part of the differences of poles that moved masses may leave and still be what explains them."""
 _BY_CHANCE = 1e-3
 """Probability of poles that differ so much where they are the same, over all modes: below it they differ."""
 
 
 @dataclass(frozen=True)
 class Setups:
-    """What setups have shown: names, merged modes; together: whether their poles agree, so that the modes of
-    the analysis are those of all FRFs at once.
+    """What setups have shown: names, merged modes; agree: whether their poles do; together: whether the modes
+    of the analysis are those of all FRFs at once.
     """
 
     names: tuple[str, ...]
     merged: Merged
+    agree: bool
     together: bool
+
+    @property
+    def unexplained(self) -> float:
+        """Part of the differences of poles that moved masses leave, the median of modes; 1 without any."""
+        return unexplained(self.merged)
+
+
+def unexplained(modes: Merged) -> float:
+    """See `Setups.unexplained`."""
+    if modes.loading is None or not len(modes.poles):
+        return 1.0
+    size = np.abs(modes.own)
+    left = np.nanmax(np.abs(size - modes.loading.predicted), axis=1)
+    spread = np.nanmax(size, axis=1) - np.nanmin(size, axis=1)
+    return float(np.median(np.minimum(left / np.maximum(spread, 1e-12 * np.nanmax(size)), 1.0)))
 
 
 def analyse_setups(
@@ -57,11 +76,25 @@ def analyse_setups(
         return analyse(data, settings), None
     sets = [as_analysed(one, own) for one, own in zip(sets, found, strict=True)]
     modes = merged(sets, found, settings.min_presence)
-    if poles_agree(modes, found):
-        return analyse(data, settings), Setups(tuple(names), modes, together=True)
+    agree = poles_agree(modes, [(one.model.poles, one.table) for one in found])
+    if agree or unexplained(modes) > EXPLAINED:
+        # What differs may be errors of the measurement: a common model does as long as it splits no mode.
+        common = _common(data, settings)
+        if common is not None and (agree or len(common.table) <= len(modes.poles)):
+            return common, Setups(tuple(names), modes, agree, together=True)
     modes = modes.rows(_chosen(modes, settings))
     analysis = as_analysis(pooled(sets, data.source, data.sha256), modes, names, found)
-    return replace(analysis, settings=settings), Setups(tuple(names), modes, together=False)
+    return replace(analysis, settings=settings), Setups(tuple(names), modes, agree, together=False)
+
+
+def _common(data: FrfSet, settings: ModalSettings) -> ModalAnalysis | None:
+    """Modes of all FRFs at once; None where a common model cannot be, as without a response that was measured
+    with every force: each setup by itself has passed all else.
+    """
+    try:
+        return analyse(data, settings)
+    except InputError:
+        return None
 
 
 def as_analysed(data: FrfSet, found: ModalAnalysis) -> FrfSet:
@@ -91,9 +124,11 @@ def _chosen(modes: Merged, settings: ModalSettings) -> Mask:
     return ~near(settings.drop_hz, "drop_hz")
 
 
-def poles_agree(modes: Merged, found: Sequence[ModalAnalysis]) -> bool:
-    """Whether frequencies of setups differ by no more than their intervals let them."""
-    own, std = poles_of([(a.model.poles, a.table) for a in found], modes.member)
+def poles_agree(modes: Merged, found: Sequence[tuple[Complex, ModalTable]]) -> bool:
+    """Whether frequencies of setups, with poles and a table each, differ by no more than their intervals let
+    them.
+    """
+    own, std = poles_of(found, modes.member)
     weight = np.where(np.isfinite(own), 1 / std[..., 0] ** 2, 0.0)
     size = np.where(np.isfinite(own), np.abs(own), 0.0)
     mean = np.sum(weight * size, axis=1) / np.sum(weight, axis=1)

@@ -32,7 +32,7 @@ def setup_table(m: AnalysedMeasurement) -> Table | None:
         left = number(100 * float(np.max(off)), 2)
         rows.append((number(hz, 6), f"{known.sum()} of {len(known)}", *ends, left))
     if s.together:
-        said = "Poles of setups agree within their intervals: the modes are those of all FRFs at once."
+        said = "The modes are those of all FRFs at once; frequency: by setups."
     else:
         said = "Frequency: without moved sensors. Unexplained: what their mass leaves of a pole, at most."
         if np.isfinite(s.sensor_kg):
