@@ -83,13 +83,10 @@ def setups_note(name: str, kept: results.SetupPoles) -> str:
     shifts = listed([f"{kept.frequency_hz[r]:.4g} Hz by {100 * spread[r]:.2g} %" for r in sorted(most)])
     said += f" whose poles differ, most those at {shifts}"
     if not kept.unexplained < EXPLAINED:
-        why = "which the mass of moved sensors does not explain"
-        if not np.isfinite(kept.expected_hz).any():
-            why = "though no sensor was moved"
         how = "means over setups are shown, with their scatter"
         if kept.together:
             how = "all FRFs were analysed together, as a common model splits no mode"
-        return f"{said}, {why}: look at what else changed; {how}"
+        return f"{said}, which no mass of moved sensors explains: look at what else changed; {how}"
     mass = (
         f" of {1e3 * kept.sensor_kg:.3g} ± {1e3 * SIGMAS_95 * kept.sensor_std_kg:.1g} g"
         if kept.sensor_kg > 0

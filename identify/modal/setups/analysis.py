@@ -62,10 +62,14 @@ class Merged:
         return replace(self, **some, loading=loads)
 
 
-def merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float = 0.4) -> Merged:
-    """One set of modes from those of several setups; least: part of them that must show a mode."""
+def merged(
+    sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float = 0.4, *, weighs: bool = True
+) -> Merged:
+    """One set of modes from those of several setups; least: part of them that must show a mode; weighs:
+    whether moved sensors may.
+    """
     grid, tables = Grid.of(sets), [_compared(a) for a in found]
-    roved = roved_rows(grid, sets)
+    roved = roved_rows(grid, sets) if weighs else []
 
     def of(member: Index) -> Merged:
         poles, std = poles_of([(a.model.poles, a.table) for a in found], member)
@@ -80,6 +84,9 @@ def merged(sets: Sequence[FrfSet], found: Sequence[ModalAnalysis], least: float 
 def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: float) -> Merged:
     """The modes that are real of those that setups show; of: what comes of rows of tables (modes, setups)."""
     state = of(align(tables))
+    if state.loading is None:
+        shown = np.mean(state.member >= 0, axis=1) >= least
+        return state if shown.all() else replace(of(state.member[shown]), turned_down=_gone(state, ~shown))
     again = nearest(tables, _expected(state), -state.poles.real / np.abs(state.poles), state.member)
     best = max(state, of(again), key=_explains)
     one = _joined(best)
@@ -87,8 +94,13 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
     kept = _is_real(best, least)
     if kept.all():
         return best
-    gone = [(float(abs(np.nanmean(p))) / (2 * np.pi), int(np.sum(np.isfinite(p)))) for p in best.own[~kept]]
-    return replace(of(best.member[kept]), turned_down=tuple(gone))
+    return replace(of(best.member[kept]), turned_down=_gone(best, ~kept))
+
+
+def _gone(state: Merged, rows: Mask) -> tuple[tuple[float, int], ...]:
+    """Frequency, Hz, and number of setups of some modes."""
+    own = state.own[rows]
+    return tuple((float(abs(np.nanmean(p))) / (2 * np.pi), int(np.sum(np.isfinite(p)))) for p in own)
 
 
 def _joined(state: Merged) -> Index:

@@ -82,6 +82,7 @@ def analyse_setups(
         common = _common(data, settings)
         if common is not None and (agree or len(common.table) <= len(modes.poles)):
             return common, Setups(tuple(names), modes, agree, together=True)
+        modes = merged(sets, found, settings.min_presence, weighs=False)
     modes = modes.rows(_chosen(modes, settings))
     analysis = as_analysis(pooled(sets, data.source, data.sha256), modes, names, found)
     return replace(analysis, settings=settings), Setups(tuple(names), modes, agree, together=False)
