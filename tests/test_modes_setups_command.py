@@ -104,6 +104,16 @@ def test_hits_and_random_records_become_frfs_and_modes(tmp_path: Path) -> None:
     assert not any("window" in note for note in found.notes), "records of noise have no exponential window"
 
 
+def test_channels_are_chosen_from_all_files(files: list[Path], tmp_path: Path) -> None:
+    words = (*WORDS, "--outputs", "1:+Z,2:+Z,4:+Z,6:+Z", "--out", tmp_path / "m.h5", "--no-report")
+    assert invoke(*files, *words).exit_code == 0
+    _, m = result(tmp_path / "m.h5")
+    assert m.modes.channels == ("1:+Z", "2:+Z", "4:+Z", "6:+Z")
+    assert m.setups is not None and len(m.setups.setup) == 4
+    found = invoke(*files, *WORDS, "--outputs", "9:+Z", "--out", tmp_path / "n.h5")
+    assert "channel 9:+Z is not in the file" in str(found.exception)
+
+
 def test_options_that_do_not_go_together(files: list[Path], tmp_path: Path) -> None:
     for words, said in (
         (("--segment", "2"), "given without --estimate"),

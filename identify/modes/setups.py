@@ -9,6 +9,7 @@ import numpy as np
 
 from identify.core.text import count, listed
 from identify.core.thresholds import SIGMAS_95
+from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
@@ -40,8 +41,29 @@ def read_setups(
             one = load_frf_set(paths, file)
         else:
             one = pooled([sets[path] for path in paths], str(paths[0]))
-        found.append((paths[0].stem, one.chosen(file.outputs, file.inputs, str(paths[0]))))
+        found.append((paths[0].stem, one))
+    found = _chosen(found, file, str(files[0]))
     return [part for name, one in found for part in _by_node(name, one)] if roved else found
+
+
+def _chosen(setups: list[tuple[str, FrfSet]], file: FrfFileOptions, where: str) -> list[tuple[str, FrfSet]]:
+    """The named channels of every setup, and setups that have some; InputError for one that none has."""
+    if len(setups) == 1:
+        (name, one), *_ = setups
+        return [(name, one.chosen(file.outputs, file.inputs, where))]
+    pooled([one for _, one in setups]).chosen(file.outputs, file.inputs, where)
+
+    def own(wanted: list[str] | None, present: tuple[Channel, ...]) -> list[str] | None:
+        return None if wanted is None else [text for text in wanted if Channel.parse(text) in present]
+
+    named = [
+        (name, one, own(file.outputs, one.outputs), own(file.inputs, one.inputs)) for name, one in setups
+    ]
+    return [
+        (name, one.chosen(outputs, inputs, name))
+        for name, one, outputs, inputs in named
+        if outputs != [] and inputs != []
+    ]
 
 
 def _by_node(name: str, data: FrfSet) -> list[tuple[str, FrfSet]]:
