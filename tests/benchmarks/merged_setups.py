@@ -125,6 +125,10 @@ def summary(done: list[Score]) -> dict[str, float]:
         for name in ("shift", "frequency", "frequency_std", "damping", "damping_std", "one_minus_mac")
     }
     kg = np.array([[one.kg, one.told_kg] for one in done if np.isfinite(one.told_kg)]).reshape(-1, 2)
+    one_set = {}
+    if done[0].one_set_missed >= 0:
+        one_set["one set: missed"] = sum(one.one_set_missed for one in done)
+        one_set["one set: spurious"] = sum(one.one_set_spurious for one in done)
     return {
         "structures": len(done),
         "setups": sum(one.setups for one in done),
@@ -145,9 +149,8 @@ def summary(done: list[Score]) -> dict[str, float]:
         "mass error, median, %": 100 * float(np.median(np.abs(kg[:, 1] / kg[:, 0] - 1))),
         "mass error, 90 %, %": 100 * float(np.quantile(np.abs(kg[:, 1] / kg[:, 0] - 1), 0.9)),
         "mass error, most, %": 100 * float(np.max(np.abs(kg[:, 1] / kg[:, 0] - 1))),
-        "one set: missed": sum(one.one_set_missed for one in done),
-        "one set: spurious": sum(one.one_set_spurious for one in done),
         "seconds, median": float(np.median([one.seconds for one in done])),
+        **one_set,
     }
 
 
@@ -178,7 +181,10 @@ def main() -> None:
     for name, value in numbers.items():
         print(f"{name}: {value:.4g}")
     if asked.out is not None:
-        kept = [{k: None if v != v else v for k, v in asdict(one).items()} for one in done]  # noqa: PLR0124
+        kept = [
+            {k: v if not isinstance(v, float) or np.isfinite(v) else None for k, v in asdict(one).items()}
+            for one in done
+        ]
         asked.out.write_text(json.dumps({**numbers, "tests": kept}, indent=1, allow_nan=False) + "\n")
 
 
