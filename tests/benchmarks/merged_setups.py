@@ -125,7 +125,11 @@ def summary(done: list[Score]) -> dict[str, float]:
         for name in ("shift", "frequency", "frequency_std", "damping", "damping_std", "one_minus_mac")
     }
     kg = np.array([[one.kg, one.told_kg] for one in done if np.isfinite(one.told_kg)]).reshape(-1, 2)
-    one_set = {}
+    mass, one_set = {}, {}
+    if len(kg):
+        off = 100 * np.abs(kg[:, 1] / kg[:, 0] - 1)
+        parts = {"median": np.median(off), "90 %": np.quantile(off, 0.9), "most": np.max(off)}
+        mass = {f"mass error, {name}, %": float(value) for name, value in parts.items()}
     if done[0].one_set_missed >= 0:
         one_set["one set: missed"] = sum(one.one_set_missed for one in done)
         one_set["one set: spurious"] = sum(one.one_set_spurious for one in done)
@@ -146,9 +150,7 @@ def summary(done: list[Score]) -> dict[str, float]:
         "1 - MAC, median": float(np.median(every["one_minus_mac"])),
         "1 - MAC, 90 %": float(np.quantile(every["one_minus_mac"], 0.9)),
         "mass told": len(kg),
-        "mass error, median, %": 100 * float(np.median(np.abs(kg[:, 1] / kg[:, 0] - 1))),
-        "mass error, 90 %, %": 100 * float(np.quantile(np.abs(kg[:, 1] / kg[:, 0] - 1), 0.9)),
-        "mass error, most, %": 100 * float(np.max(np.abs(kg[:, 1] / kg[:, 0] - 1))),
+        **mass,
         "seconds, median": float(np.median([one.seconds for one in done])),
         **one_set,
     }
