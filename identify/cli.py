@@ -118,10 +118,11 @@ def explain(
 @takes_options
 def modes(
     data: Annotated[
-        Path,
+        list[Path],
         typer.Argument(
-            help="FRFs, or with --output-only responses over time, in .uff, .csv, .h5 or .mat; or a study,"
-            " for all its FRF measurements"
+            help="FRFs, with --estimate forces and responses over time, with --output-only responses alone,"
+            " in .uff, .csv, .h5 or .mat, in one file or a file for each setup; or a study, for all its FRF"
+            " measurements"
         ),
     ],
     options: ModesOptions,
@@ -139,9 +140,9 @@ def modes(
 
             found = api.run_modes(data, options, options.quiet)
     except InputError as error:
-        if not api.has_shapes_alone(data):
+        if len(data) > 1 or not api.has_shapes_alone(data[0]):
             raise _with_options(error) from error
-        mac_(str(data))
+        mac_(str(data[0]))
         typer.echo("mode shapes without FRFs, as they are; `identify mac` compares them with others")
         return
     try:
@@ -163,13 +164,22 @@ def mac_(
         str, typer.Argument(help="modes: .h5 of `modes` (:NAME for one of several), .yaml, .csv, .unv")
     ],
     other: Annotated[str | None, typer.Argument(help="the modes to compare them with")] = None,
+    by: Annotated[
+        str | None,
+        typer.Option(
+            help="pair points by `node` number or `place`; default: by number where files share one"
+        ),
+    ] = None,
+    within: Annotated[
+        float | None, typer.Option(help="with --by place: how far apart, m, two points may be that are one")
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="the MAC matrix as a picture: .png, .svg or .pdf")] = None,
 ) -> None:
     """Show a set of modes, or compare two: frequency pairs, MAC, MACX, COMAC; needs no robot."""
     from identify.modes.compare_shapes import compare_modes
     from identify.reports.modes.mac import show, write_picture
 
-    found = compare_modes(modes, other)
+    found = compare_modes(modes, other, by, within)
     show(found)
     if out is not None:
         write_picture(found, out)

@@ -35,6 +35,7 @@ from identify.reports.outcome import Result, read_result
 
 if TYPE_CHECKING:
     from identify.export.base import Exported
+    from identify.measured.source import Estimation
     from identify.setup.registration.run import Placing
 
 __all__ = [
@@ -144,12 +145,13 @@ def batch(config: _Path, *, report: bool = False, quiet: bool = True, **options:
     return _reported(run("batch", Path(config), BatchOptions(**_paths(options)), quiet), report)
 
 
-def modes(data: _Path, *, report: bool = False, **options: Any) -> Result:
-    """Modes of measured FRFs, in a file or of a study.
+def modes(data: _Path | Sequence[_Path], *, report: bool = False, **options: Any) -> Result:
+    """Modes of measured FRFs, in a file, in one for each setup, or of a study.
 
     options: those of `identify modes` by name, such as out="modes.h5", band=(3.0, 80.0), max_order=40.
     """
-    return _reported(run_modes(Path(data), ModesOptions(**_paths(options))), report)
+    files = [data] if isinstance(data, (str, Path)) else data
+    return _reported(run_modes([Path(one) for one in files], ModesOptions(**_paths(options))), report)
 
 
 def map_postures(
@@ -241,18 +243,18 @@ def has_shapes_alone(data: Path) -> bool:
         return False
 
 
-def run_modes(data: Path, options: ModesOptions, quiet: bool = True) -> Result:
+def run_modes(data: Sequence[Path], options: ModesOptions, quiet: bool = True) -> Result:
     """What `identify modes` does."""
     from identify.core.binary_input import prepare
     from identify.reports.shown import working
 
     options.check()
-    prepare([path for path in (data, options.scale_frf, options.scale_record) if path is not None])
-    with working(quiet, f"finding the modes of {data.name}"):
+    prepare([path for path in (*data, options.scale_frf, options.scale_record) if path is not None])
+    with working(quiet, f"finding the modes of {data[0].name}"):
         return _modes_of(data, options)
 
 
-def _modes_of(data: Path, options: ModesOptions) -> Result:
+def _modes_of(data: Sequence[Path], options: ModesOptions) -> Result:
     """Modes of FRFs, or with `--output-only` of responses."""
     from identify.modes.said import file_options
 
@@ -275,11 +277,28 @@ def _modes_of(data: Path, options: ModesOptions) -> Result:
         return Result(result, tuple(written))
     from identify.modes.run import run_modes as analysed
 
-    place = options.geometry, options.length_unit
     result, written = analysed(
-        data, options.out, file, options.modal(), *place, options.frfs, options.choices
+        data,
+        options.out,
+        file,
+        options.modal(),
+        options.geometry,
+        options.length_unit,
+        options.frfs,
+        options.choices,
+        _estimation(options),
+        options.roved,
     )
     return Result(result, tuple(written))
+
+
+def _estimation(options: ModesOptions) -> Estimation | None:
+    """How FRFs are estimated, where the files have time records."""
+    from identify.measured.source import Estimation
+    from identify.modes.said import checked
+
+    said = options.estimation()
+    return checked(Estimation, said) if said else None
 
 
 def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Result:

@@ -225,6 +225,28 @@ class ModesOptions:
         Path | None,
         typer.Option(help="YAML file of settings as under `modal:` of a study; options here override it"),
     ] = None
+    roved: Annotated[
+        bool,
+        typer.Option(
+            "--roved",
+            help="each node of a response was measured by itself, by a sensor that was moved",
+        ),
+    ] = False
+    estimate: Annotated[
+        str | None,
+        typer.Option(
+            help="the files have forces and responses over time: impacts (a block per hit) or random"
+        ),
+    ] = None
+    method: Annotated[
+        str | None, typer.Option(help="with --estimate: h1, h2 or hv, noise on responses, forces or both")
+    ] = None
+    force_window: Annotated[
+        float | None, typer.Option(help="with --estimate impacts: seconds behind which the force is zero")
+    ] = None
+    segment: Annotated[
+        float | None, typer.Option(help="with --estimate random: length of the segments, s; default: 2")
+    ] = None
     frfs: Annotated[
         bool, typer.Option("--frfs", help="also the analysed and the rebuilt FRFs, as universal files (58b)")
     ] = False
@@ -260,9 +282,16 @@ class ModesOptions:
 
     def check(self) -> None:
         """InputError for options of an analysis of responses beside one of FRFs, and the reverse."""
+        for name in ("method", "force_window", "segment"):
+            if getattr(self, name) is not None and self.estimate is None:
+                option, fix = f"--{name.replace('_', '-')}", "add `--estimate`, or leave it out"
+                raise InputError(option, "given without --estimate", "time records", fix)
         if self.output_only:
-            if self.frfs:
-                raise InputError("--frfs", "given beside --output-only", "measured FRFs", "leave it out")
+            for name in ("frfs", "roved", "estimate"):
+                if getattr(self, name):
+                    raise InputError(
+                        f"--{name}", "given beside --output-only", "measured FRFs", "leave it out"
+                    )
             self._check_scaling()
             return
         for name in ("speed", "teeth", "damping", "scale_frf", "scale_record", "added_mass"):
@@ -312,6 +341,16 @@ class ModesOptions:
             "columns": columns_of(self.columns),
             "names": self.names,
         }
+
+    def estimation(self) -> dict[str, Any]:
+        """What they say of FRFs that are estimated from time records."""
+        given = {
+            "excitation": self.estimate,
+            "method": self.method,
+            "force_window_s": self.force_window,
+            "segment_s": self.segment,
+        }
+        return {key: value for key, value in given.items() if value is not None}
 
     def modal(self) -> dict[str, Any]:
         """What they say of the modal analysis, by the keys of its settings."""

@@ -15,6 +15,7 @@ import scipy
 
 from identify.core.arrays import Array, Complex, Index
 from identify.modal.gram import Columns, Functions, gram, products, right
+from identify.modal.lines import place as place_of
 from identify.modal.refine import Fit
 from identify.modal.weights import CHANCE
 
@@ -81,10 +82,10 @@ def _grid(found: Fit) -> Complex:
     """Poles in and around the band, from the narrowest to the widest that may be missing."""
     s = found.equations.s
     low, high, decay = s[0].imag, s[-1].imag, s[0].real
-    spacing = (high - low) / (len(s) - 1)
+    least = float(np.min(np.diff(s.imag)))
     inside = -found.poles.real[(found.poles.imag > low) & (found.poles.imag < high)]
-    widest = _WIDEST * np.max(inside, initial=4 * spacing)
-    narrowest = max(0.5 * spacing, 0.5 * np.min(inside, initial=widest))
+    widest = _WIDEST * np.max(inside, initial=4 * least)
+    narrowest = max(0.5 * least, 0.5 * np.min(inside, initial=widest))
     rows = max(1, int(np.ceil(np.log(widest / narrowest) / np.log(_RATIO))) + 1)
     places = []
     for half in np.geomspace(narrowest, widest, rows):
@@ -105,10 +106,9 @@ def _excess(found: Fit, places: Complex) -> Array:
     """Power of the residual around places beyond independent noise, (places,)."""
     s = found.equations.s
     total = np.append(0.0, np.cumsum(found.left - found.residual.shape[1] * found.noise))
-    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
     reach = _REACH * (s[0].real - places.real)
     first, last = (
-        np.clip(np.round((places.imag + side * reach - s[0].imag) / spacing).astype(int), 0, len(s))
+        np.clip(np.round(place_of(s.imag, places.imag + side * reach)).astype(int), 0, len(s))
         for side in (-1, 1)
     )
     return np.asarray(total[last] - total[first])
@@ -168,8 +168,7 @@ def _solved(alone: Array, own: Array, parts: Array) -> Array:
 def _by_chance(found: Fit, places: Complex) -> Array:
     """What noise alone, independent from line to line, makes a pole explain at most, (places,)."""
     s = found.equations.s
-    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
-    line = np.clip(np.round((places.imag - s[0].imag) / spacing).astype(int), 0, len(s) - 1)
+    line = np.clip(np.round(place_of(s.imag, places.imag)).astype(int), 0, len(s) - 1)
     freedom = 2 * found.residual.shape[1]
     floor = 1e-24 * found.moments.energy + np.finfo(float).tiny
     return np.asarray(found.noise[line] / 2 * scipy.special.chdtri(freedom, CHANCE) + floor)

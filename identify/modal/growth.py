@@ -11,6 +11,7 @@ import numpy as np
 from identify.core.arrays import Complex, Mask
 from identify.modal.addition import Addition, missing
 from identify.modal.layout import Layout
+from identify.modal.lines import spacing
 from identify.modal.mac import mpc
 from identify.modal.refine import QUICK, fit, minimise, squared
 from identify.modal.selection import DROPPED, IDLE_SHARE, Candidate, idle_reason
@@ -102,7 +103,9 @@ def _round(
     grown = pruned(refined(_with(state, more, layout, others), *_GROWING), layout)
     grown = dropped(grown, _entered(state, grown, barred))
     slim = np.flatnonzero(narrow(grown.fit))
-    places = np.asarray(grown.fit.poles[slim].imag * 1j - np.pi * layout.spacing_hz, dtype=np.complex128)
+    slow = grown.fit.poles[slim].imag
+    apart = spacing(2 * np.pi * layout.frequency_hz, slow)
+    places = np.asarray(slow * 1j - apart / 2, dtype=np.complex128)
     return dropped(grown, dict.fromkeys(map(int, slim), _SLIM)), places
 
 

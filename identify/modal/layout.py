@@ -14,6 +14,7 @@ from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
+from identify.modal.lines import is_even, spacing
 from identify.modal.settings import ModalSettings
 
 _UNEVEN = 0.05
@@ -25,10 +26,10 @@ _AXIS = {"X": 1, "Y": 2, "Z": 3}
 class Layout:
     """FRFs ordered for estimation.
 
-    frequency_hz (L,), evenly spaced; frf (L, responses, references), NaN where a pair was not measured; power
-    of s of the measured quantity (receptance 0 .. accelerance 2); decay of the exponential window (1/s).
-    transposed: the references are outputs of the measurement, as with a roving hammer and fixed
-    accelerometers (reciprocity, UMONS Eq. 1).
+    frequency_hz (L,), evenly spaced on a linear or on a logarithmic axis; frf (L, responses, references), NaN
+    where a pair was not measured; power of s of the measured quantity (receptance 0 .. accelerance 2); decay
+    of the exponential window (1/s). transposed: the references are outputs of the measurement, as with a
+    roving hammer and fixed accelerometers (reciprocity, UMONS Eq. 1).
     """
 
     frequency_hz: Array
@@ -45,10 +46,14 @@ class Layout:
         """Where the FRFs sample the complex plane: sigma + j omega, (L,), rad/s."""
         return np.asarray(self.decay + 2j * np.pi * self.frequency_hz, dtype=np.complex128)
 
+    def spacing_hz(self, at_hz: float) -> float:
+        """Distance of the lines around a frequency, Hz."""
+        return float(spacing(self.frequency_hz, np.array(at_hz)))
+
     @property
-    def spacing_hz(self) -> float:
-        """Distance of the lines, Hz."""
-        return float((self.frequency_hz[-1] - self.frequency_hz[0]) / (len(self.frequency_hz) - 1))
+    def even(self) -> bool:
+        """Whether lines are evenly spaced on a linear axis."""
+        return is_even(self.frequency_hz, _UNEVEN)
 
     @cached_property
     def complete(self) -> NDArray[np.bool_]:
@@ -89,7 +94,7 @@ def arrange(frf_set: FrfSet, settings: ModalSettings) -> Layout:
         transposed=transposed,
         source=frf_set.source,
     )
-    _check(layout, where)
+    _check(layout, settings, where)
     return layout
 
 
@@ -136,7 +141,7 @@ def _lines(frequency_hz: Array, band_hz: tuple[float, float] | None, where: str)
     return np.asarray(lines)
 
 
-def _check(layout: Layout, where: str) -> None:
+def _check(layout: Layout, settings: ModalSettings, where: str) -> None:
     lines = len(layout.frequency_hz)
     if lines < 16:
         raise InputError(
@@ -145,27 +150,39 @@ def _check(layout: Layout, where: str) -> None:
             "at least 16",
             "widen band_hz or fix the data",
         )
-    steps = np.diff(layout.frequency_hz)
-    # Vendors print the step with few digits, so the lines may creep by a part of a step over the band.
-    uneven = np.abs(steps / np.median(steps) - 1) > _UNEVEN
-    if 2 * np.sum(uneven) > lines:
-        raise InputError(
-            where,
-            f"lines that are not evenly spaced: {np.min(steps):.3g} to {np.max(steps):.3g} Hz apart",
-            "a constant step, which the search for modes needs",
-            "export them on a linear axis; a fit of a robot takes any lines",
+    if not is_even(np.log(layout.frequency_hz), _UNEVEN):
+        _check_even(layout.frequency_hz, where)
+    elif settings.estimator == "lsce" and not layout.even:
+        found, fix = (
+            "lines on a logarithmic axis",
+            "take the default estimator, or export them on a linear axis",
         )
-    if np.max(np.abs(steps / layout.spacing_hz - 1)) > _UNEVEN:
-        at = layout.frequency_hz[np.argmax(np.abs(steps - layout.spacing_hz))]
-        raise InputError(
-            where,
-            f"the lines are not evenly spaced near {at:g} Hz",
-            "a constant step",
-            "choose band_hz beside the gap",
-        )
+        raise InputError(where, found, "evenly spaced lines for LSCE", fix)
     if not layout.complete.any():
         raise InputError(
             where, "no response was measured against every reference", fix="name fewer references"
         )
     if not np.any(layout.frf[:, layout.complete]):
         raise InputError(where, "every FRF is zero")
+
+
+def _check_even(frequency_hz: Array, where: str) -> None:
+    """InputError for lines that are not evenly spaced."""
+    lines, steps = len(frequency_hz), np.diff(frequency_hz)
+    # Vendors print the step with few digits, so the lines may creep by a part of a step over the band.
+    uneven = np.abs(steps / np.median(steps) - 1) > _UNEVEN
+    if 2 * np.sum(uneven) > lines:
+        raise InputError(
+            where,
+            f"lines that are not evenly spaced: {np.min(steps):.3g} to {np.max(steps):.3g} Hz apart",
+            "a constant step, or a constant ratio of neighbours, which the search for modes needs",
+            "export them on a linear or a logarithmic axis; a fit of a robot takes any lines",
+        )
+    if not is_even(frequency_hz, _UNEVEN):
+        at = frequency_hz[np.argmax(np.abs(steps - np.mean(steps)))]
+        raise InputError(
+            where,
+            f"the lines are not evenly spaced near {at:g} Hz",
+            "a constant step",
+            "choose band_hz beside the gap",
+        )

@@ -149,9 +149,9 @@ def contributions(
     for r, pole in enumerate(poles):
         block = slice(2 * r, 2 * r + 2)
         rise = np.sum(solution[block] * np.linalg.solve(inverse[block, block], solution[block]))
-        reach = max(2 * -pole.real / (2 * np.pi), layout.spacing_hz)
         # Of a pole beyond the band the lines at the edge are what it acts on.
         centre = np.clip(abs(pole) / (2 * np.pi), layout.frequency_hz[0], layout.frequency_hz[-1])
+        reach = max(2 * -pole.real / (2 * np.pi), layout.spacing_hz(centre))
         near = np.abs(layout.frequency_hz - centre) <= reach
         share[r] = rise / max(np.sum(energy[near]), np.finfo(float).tiny)
     return share

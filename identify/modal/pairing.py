@@ -63,7 +63,7 @@ def pair(a: ModalTable, b: ModalTable, settings: PairSettings | None = None) -> 
     matrix = None
     if a.shapes is not None and b.shapes is not None and len(in_a) >= 2:
         matrix = macx(a.shapes[:, in_a], b.shapes[:, in_b] * sign)
-    rows, columns = _assign(*_cost(a, b, matrix, settings), settings.unpaired)
+    rows, columns = assign(*_cost(a, b, matrix, settings), settings.unpaired)
     damping_a, damping_b = a.damping_ratio[rows], b.damping_ratio[columns]
     return Pairing(
         a=rows,
@@ -124,7 +124,7 @@ def _log_distance(a: Array, b: Array) -> Array:
     return np.where(a[:, None] == b[None, :], 0.0, distance)
 
 
-def _assign(cost: Array, allowed: NDArray[np.bool_], unpaired: float) -> tuple[Index, Index]:
+def assign(cost: Array, allowed: NDArray[np.bool_], unpaired: float) -> tuple[Index, Index]:
     """Assignment of least cost in which leaving one mode on each side out costs `unpaired`."""
     m, n = cost.shape
     forbidden = 1e6 * (1 + unpaired)

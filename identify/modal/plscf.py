@@ -12,34 +12,55 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Complex
-from identify.modal.poles import moments
+from identify.modal.poles import Places, moments
 
 _RIDGE = 1e-12
 """Relative to the mean diagonal: without noise the normal equations of a high order are singular."""
 
 
-def denominators(frf: Complex, orders: range) -> Iterator[Complex]:
+def denominators(frf: Complex, orders: range, places: Places | None = None) -> Iterator[Complex]:
     """Denominator coefficients beta (p + 1, references, references), beta_0 = 1, of every order p, from frf
     (L, responses, references).
 
     On the unit circle the numerators are eliminated exactly: the reduced normal matrix is block Toeplitz (H^H
     H) minus a sum of outer products of Fourier coefficients, which grows with the order; one pass serves all
-    orders.
+    orders.  On lines that are not evenly spaced (places) the basis is made orthogonal first, from low degrees
+    up, which keeps that.
     """
     refs, top = frf.shape[2], orders[-1]
-    h = moments(frf, top)
-    power = moments(np.matmul(frf.conj().transpose(0, 2, 1), frf), top)
+    h = moments(frf, top, places)
+    power = moments(np.matmul(frf.conj().transpose(0, 2, 1), frf), top, places)
     lag = np.arange(top + 1)[:, None] - np.arange(top + 1)[None, :] + top
     full = power[lag].transpose(0, 2, 1, 3).reshape((top + 1) * refs, (top + 1) * refs)
     taken = np.zeros_like(full)
+    rows = _numerators(h, top, places)
     row = 0
     for order in orders:
         while row <= order:
-            block = h[row : row + top + 1][::-1].transpose(1, 0, 2).reshape(frf.shape[1], -1)
+            block = next(rows)
             taken += block.conj().T @ block
             row += 1
         size = (order + 1) * refs
         yield solve_denominator(full[:size, :size] - taken[:size, :size], refs)
+
+
+def _numerators(h: Complex, top: int, places: Places | None) -> Iterator[Complex]:
+    """Inner products of the FRFs times every power with the numerators' basis, degree by degree: (responses,
+    (top + 1) x references).
+    """
+    blocks = (h[row : row + top + 1][::-1].transpose(1, 0, 2) for row in range(top + 1))
+    flat = (block.reshape(block.shape[0], -1) for block in blocks)
+    if places is None:
+        yield from flat
+        return
+    stacked = np.array(list(flat))
+    ones = moments(np.ones(len(places.turn), dtype=complex), top, places)
+    lag = np.arange(top + 1)[None, :] - np.arange(top + 1)[:, None] + top
+    basis = ones[lag] + _RIDGE * np.eye(top + 1)
+    factor = np.linalg.cholesky(basis.conj())
+    yield from scipy.linalg.solve_triangular(factor, stacked.reshape(top + 1, -1), lower=True).reshape(
+        stacked.shape
+    )
 
 
 def solve_denominator(normal: Complex, refs: int) -> Complex:

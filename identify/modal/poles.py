@@ -2,17 +2,22 @@
 
 Both describe the FRFs in the band by the right matrix fraction H(z) = B(z) A(z)^-1, A(z) = sum_b beta_b z^b,
 z = exp(-j (omega - omega_0) T), with complex coefficients and T such that the band is one turn of the unit
-circle.  The basis is then orthogonal on the lines, so the conditioning does not depend on the order or on the
-number of lines.
+circle.  The basis is then orthogonal on evenly spaced lines, so the conditioning does not depend on the order
+or on the number of lines.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex
+from identify.modal.lines import is_even
+
+_EVEN = 0.05
+"""Part by which steps between evenly spaced lines may differ."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +52,33 @@ class Band:
         turned = np.log(x) / self.time
         return np.asarray(turned.real + 1j * (np.mod(turned.imag, 2 * np.pi / self.time) + self.first))
 
+    def places(self, frequency_hz: Array) -> Places | None:
+        """Where lines (L,), Hz, are on the circle; None where they are evenly spaced."""
+        if is_even(frequency_hz, _EVEN):
+            return None
+        share = np.gradient(frequency_hz)
+        turn = (frequency_hz - self.first / (2 * np.pi)) * self.time
+        return Places(turn, share / np.sum(share))
 
-def moments(values: Complex, order: int) -> Complex:
-    """Fourier coefficients (1/L) sum_k values_k exp(2 pi j k m / L) for m = -order .. order: values (L, ...)
-    -> (2 order + 1, ...).
+
+class Places(NamedTuple):
+    """Lines that are not evenly spaced: turn (L,), where they are on the circle, 0 to 1; share (L,): of the
+    circle, that each stands for, so that sums are nearly the integrals that evenly spaced lines give.
     """
-    return np.asarray(np.fft.ifft(values, axis=0)[np.arange(-order, order + 1)])
+
+    turn: Array
+    share: Array
+
+
+def moments(values: Complex, order: int, places: Places | None = None) -> Complex:
+    """Fourier coefficients (1/L) sum_k values_k exp(2 pi j k m / L) for m = -order .. order: values (L, ...)
+    -> (2 order + 1, ...); of lines that are not evenly spaced, with their shares.
+    """
+    degrees = np.arange(-order, order + 1)
+    if places is None:
+        return np.asarray(np.fft.ifft(values, axis=0)[degrees])
+    waves = np.exp(2j * np.pi * np.outer(degrees, places.turn)) * places.share
+    return np.asarray(np.tensordot(waves, values, axes=1))
 
 
 def pole_set(beta: Complex, coefficients: Complex, band: Band, max_damping: float) -> PoleSet:

@@ -16,7 +16,7 @@ from identify.modal.lsfd import contributions
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
 
-_MANUAL_REACH = 0.02
+MANUAL_REACH = 0.02
 """How far (relative) a cluster may be from a frequency that was asked for."""
 
 
@@ -140,7 +140,7 @@ def _nearest(found: list[Candidate], frequency_hz: float) -> Candidate | None:
 
 def is_near(candidate: Candidate, frequency_hz: float) -> bool:
     """Whether a cluster is meant by a frequency that was given by hand."""
-    return abs(candidate.frequency_hz - frequency_hz) <= _MANUAL_REACH * frequency_hz
+    return abs(candidate.frequency_hz - frequency_hz) <= MANUAL_REACH * frequency_hz
 
 
 def _dropped(candidate: Candidate, meant: list[Candidate | None]) -> str:
@@ -224,21 +224,20 @@ def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[C
         near = [
             c
             for c in found
-            if abs(c.frequency_hz / frequency - 1) <= _MANUAL_REACH
-            and all(c is not other for other in chosen)
+            if abs(c.frequency_hz / frequency - 1) <= MANUAL_REACH and all(c is not other for other in chosen)
         ]
         if not near:
             known = ", ".join(f"{c.frequency_hz:.4g}" for c in sorted(found, key=lambda c: c.frequency_hz))
             raise InputError(
                 "modes_hz",
-                f"no cluster of poles within {_MANUAL_REACH:.0%} of {frequency:g} Hz",
+                f"no cluster of poles within {MANUAL_REACH:.0%} of {frequency:g} Hz",
                 f"one of {known} Hz",
             )
         # Of equally near clusters the firmer one; a bin is a twentieth of the reach wide.
         chosen.append(
             min(
                 near,
-                key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / _MANUAL_REACH * 20), -c.presence),
+                key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / MANUAL_REACH * 20), -c.presence),
             )
         )
     rest = [

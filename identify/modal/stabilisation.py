@@ -66,11 +66,14 @@ def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
     orders = orders_of(layout, settings)
     frf = layout.frf[:, layout.complete]
     frf = frf / np.sqrt(np.mean(np.abs(frf) ** 2))
-    estimator = lsce.denominators if settings.estimator == "lsce" else plscf.denominators
-    band, coefficients = Band.of(layout.frequency_hz), moments(frf, orders[-1])
+    band = Band.of(layout.frequency_hz)
+    places = band.places(layout.frequency_hz)
+    coefficients = moments(frf, orders[-1], places)
+    lsce_ = settings.estimator == "lsce"
+    found = lsce.denominators(frf, orders) if lsce_ else plscf.denominators(frf, orders, places)
     # The window adds decay: what is too damped is judged after its correction.
     allowed = settings.max_damping_ratio + layout.decay / (2 * np.pi * layout.frequency_hz[0])
-    sets = [pole_set(beta, coefficients, band, min(allowed, 0.999)) for beta in estimator(frf, orders)]
+    sets = [pole_set(beta, coefficients, band, min(allowed, 0.999)) for beta in found]
     return clustered(sets, layout, settings, tuple(orders))
 
 

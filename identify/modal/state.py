@@ -8,6 +8,7 @@ import numpy as np
 
 from identify.core.arrays import Complex, Mask
 from identify.modal.layout import Layout
+from identify.modal.lines import spacing
 from identify.modal.refine import Fit, fit, minimise, without
 from identify.modal.selection import IDLE, Candidate
 from identify.modal.weights import required, reweighted
@@ -34,9 +35,9 @@ class State:
 def narrow(found: Fit) -> Mask:
     """Poles whose half-power bandwidth is less than a line, (m,)."""
     s = found.equations.s
-    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
+    apart = spacing(s.imag, found.poles.imag)
     inside = (found.poles.imag > s[0].imag) & (found.poles.imag < s[-1].imag)
-    return np.asarray(inside & (2 * (s[0].real - found.poles.real) < _NARROW * spacing))
+    return np.asarray(inside & (2 * (s[0].real - found.poles.real) < _NARROW * apart))
 
 
 def weighted(found: Fit) -> Fit:

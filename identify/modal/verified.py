@@ -62,7 +62,9 @@ def stays(mode: Candidate, pole: complex, layout: Layout) -> bool:
         and frequency * (1 - damping) <= layout.frequency_hz[-1]
     )
     return bool(
-        seen and damping > 0 and abs(pole - mode.pole) <= max(mode.half_bandwidth, np.pi * layout.spacing_hz)
+        seen
+        and damping > 0
+        and abs(pole - mode.pole) <= max(mode.half_bandwidth, np.pi * layout.spacing_hz(frequency))
     )
 
 

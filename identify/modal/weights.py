@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
+from identify.modal.lines import place, spacing
 from identify.modal.refine import Equations, Fit, squared
 
 CHANCE = 1e-8
@@ -77,13 +78,13 @@ def local_variance(found: Fit) -> tuple[Array, Array]:
     lines, frfs = len(found.equations.s), found.residual.shape[1]
     error = found.residual.reshape(2, lines, frfs)
     power = np.append(0.0, np.cumsum(found.left / frfs))
-    spacing = (found.equations.s[-1].imag - found.equations.s[0].imag) / (lines - 1)
+    at = found.equations.s.imag
     lost = 2 * lines * frfs / max(2 * lines * frfs - found.unknowns, 1)
     variance, factor = np.ones(len(found.poles)), np.ones(len(found.poles))
     for r, pole in enumerate(found.poles):
-        width = 2 * (found.equations.s[0].real - pole.real) / spacing
+        width = 2 * (found.equations.s[0].real - pole.real) / float(spacing(at, abs(pole)))
         count = int(np.clip(5 * width, min(_LEAST_LINES, lines), lines))
-        centre = int(np.clip(round((abs(pole) - found.equations.s[0].imag) / spacing), 0, lines))
+        centre = int(np.clip(np.round(place(at, abs(pole))), 0, lines))
         first = int(np.clip(centre - count // 2, 0, lines - count))
         level = (power[first + count] - power[first]) / count
         variance[r] = lost * level / 2
@@ -105,12 +106,10 @@ def leftover(found: Fit) -> tuple[Array, Array]:
     left, energy = (
         np.append(0.0, np.cumsum(v)) for v in (found.left, equations.line**2 * equations.each_line)
     )
-    spacing = (s[-1].imag - s[0].imag) / (len(s) - 1)
-    half = np.maximum(s[0].real - found.poles.real, 2 * spacing)
-    first = np.clip(np.round((found.poles.imag - 2 * half - s[0].imag) / spacing).astype(int), 0, len(s) - 4)
-    last = np.clip(
-        np.round((found.poles.imag + 2 * half - s[0].imag) / spacing).astype(int), first + 4, len(s)
-    )
+    half = np.maximum(s[0].real - found.poles.real, 2 * spacing(s.imag, found.poles.imag))
+    first, last = (np.round(place(s.imag, found.poles.imag + side * half)).astype(int) for side in (-2, 2))
+    first = np.clip(first, 0, len(s) - 4)
+    last = np.clip(last, first + 4, len(s))
     left, energy, noise = (v[last] - v[first] for v in (left, energy, noise))
     rises = found.rises()
     return left / noise, rises / np.maximum(energy, np.finfo(float).tiny)

@@ -6,23 +6,28 @@ A set of modes is a result of `identify modes`, a modal table (.yaml, .csv) or a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import contextlib
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.finding import listing
+from identify.measured.geometry import MeasuredGeometry
 from identify.measured.loaders import FORMAT_OF_SUFFIX
 from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
-from identify.measured.uff.geometry import channel_axes
+from identify.measured.uff.geometry import channel_axes, has_geometry, read_geometry
 from identify.measured.uff.shapes import read_shapes
 from identify.modal.mac import auto_mac, comac, mac
 from identify.modal.pairing import Pairing, common_channels, pair
+from identify.modal.rigid import contained, rigid_part, rigid_rows
 from identify.modal.turned import Axes, in_one_frame
+from identify.modes.places import Placed, by_place, elsewhere
 from identify.results import file as result_file
 from identify.results.modes import AnalysedMeasurement, ModesResult, ModeTable
 
@@ -32,7 +37,8 @@ class ShapeComparison:
     """Modes of two files.  pairs: with the MAC that does not change where a shape is conjugated (MACX); mac
     (m, n): the plain one on the common channels, None where shapes are missing; comac (channels,) over the
     pairs; name_*: the files' names;
-    notes: sentences on what was left out or turned.
+    rigid_a (m,), rigid_b (n,): rigid part of each mode, NaN where points are not known; notes: sentences on
+    what was paired, left out or turned, and on rigid modes.
     """
 
     name_a: str
@@ -42,6 +48,8 @@ class ShapeComparison:
     pairs: Pairing
     mac: Array | None
     comac: Array | None
+    rigid_a: Array
+    rigid_b: Array
     notes: tuple[str, ...] = ()
 
 
@@ -54,7 +62,7 @@ def read_modes(path: Path, measurement: str | None = None) -> ModalTable:
     if suffix in result_file.SUFFIXES:
         return _table(_of_result(path, measurement).modes, str(path))
     if FORMAT_OF_SUFFIX.get(suffix) == "uff":
-        return read_shapes(path)
+        return read_shapes(path, rigid_too=True)
     return read_modal_table(path)
 
 
@@ -102,30 +110,112 @@ def _axes(text: str, table: ModalTable) -> Axes:
     return {}
 
 
-def compare_modes(first: str, second: str | None = None) -> ShapeComparison:
+def _placed(text: str) -> Placed:
+    """The modes of a file with where its points are, as far as it says that."""
+    path, measurement = _named(text)
+    table = read_modes(path, measurement)
+    geometry, suffix = None, path.suffix.lower()
+    if suffix in result_file.SUFFIXES:
+        drawn = _of_result(path, measurement).geometry
+        if drawn is not None and drawn.axes is not None:
+            geometry = MeasuredGeometry(tuple(drawn.nodes.tolist()), drawn.points, drawn.axes)
+    elif FORMAT_OF_SUFFIX.get(suffix) == "uff" and has_geometry(path):
+        with contextlib.suppress(
+            InputError
+        ):  # as of systems that are no Cartesian ones: places are not known
+            geometry = read_geometry(path, or_else="m")
+    return Placed(table, geometry, _axes(text, table))
+
+
+def compare_modes(
+    first: str, second: str | None = None, by: str | None = None, within_m: float | None = None
+) -> ShapeComparison:
     """Modes of two files paired, each `FILE` or `FILE:MEASUREMENT`; of one with itself without a second.
 
-    Shapes are compared along the same directions where both files say which way their channels look.
+    Shapes are compared along the same directions where both files say which way their channels look.  by:
+    "node" or "place" pairs points by number or by where they are, within_m of each other; by default by
+    number where the files have one in common.  InputError for another word, and places that are not known.
     """
-    a = read_modes(*_named(first))
-    notes = _notes(a)
+    if by not in (None, "node", "place"):
+        raise InputError("--by", repr(by), "node or place")
+    if within_m is not None and (by != "place" or not within_m > 0):
+        raise InputError(
+            "--within", f"{within_m:g} beside --by {by}", "a distance above 0, m, with --by place"
+        )
+    one = _placed(first)
     if second is None:
-        b = a
+        return _compared(one, one, (first, first), _notes(one.table))
+    other = _placed(second)
+    if by == "place" or (by is None and _only_by_place(one, other)):
+        other, said = by_place(one, other, within_m)
     else:
-        b = read_modes(*_named(second))
-        notes += _notes(b)
-        a, b, turned = in_one_frame(a, _axes(first, a), b, _axes(second, b))
-        notes += _said(turned)
+        said = elsewhere(one, other)
+    a, b, turned = in_one_frame(one.table, one.axes, other.table, other.axes)
+    notes = (*_notes(one.table), *_notes(other.table), *([said] if said else []), *_said(turned))
+    return _compared(replace(one, table=a), replace(other, table=b), (first, second), notes)
+
+
+def _only_by_place(a: Placed, b: Placed) -> bool:
+    """Whether no node has a number in common, but places are known."""
+    common = {c.node for c in a.table.channels} & {c.node for c in b.table.channels}
+    return not common and bool(a.nodes and b.nodes)
+
+
+def _compared(one: Placed, other: Placed, names: tuple[str, str], notes: tuple[str, ...]) -> ShapeComparison:
+    """The comparison of tables whose channels are the same."""
+    parts = rigid_part(one.table, one.geometry), rigid_part(other.table, other.geometry)
+    if one is not other:
+        notes = (*notes, *_rigid(one.table, other.table, parts))
+    a, rigid_a, left_a = _above_zero(one.table, parts[0])
+    b, rigid_b, left_b = (a, rigid_a, ()) if one is other else _above_zero(other.table, parts[1])
     pairs = pair(a, b)
     return ShapeComparison(
-        name_a=Path(first).name,
-        name_b=Path(second or first).name,
+        name_a=Path(names[0]).name,
+        name_b=Path(names[1]).name,
         a=a,
         b=b,
         pairs=pairs,
         mac=_mac(a, b),
         comac=_comac(a, b, pairs),
-        notes=notes,
+        rigid_a=rigid_a,
+        rigid_b=rigid_b,
+        notes=(*notes, *left_a, *left_b),
+    )
+
+
+def _above_zero(table: ModalTable, part: Array) -> tuple[ModalTable, Array, tuple[str, ...]]:
+    """The modes above 0 Hz with their rigid parts, and a sentence on those at 0 Hz."""
+    above = table.frequency_hz > 0
+    rigid = int(np.sum(~above))
+    if not rigid:
+        return table, part, ()
+    table = replace(
+        table,
+        frequency_hz=table.frequency_hz[above],
+        damping_ratio=table.damping_ratio[above],
+        shapes=None if table.shapes is None else table.shapes[above],
+        frequency_std_hz=None if table.frequency_std_hz is None else table.frequency_std_hz[above],
+        damping_std=None if table.damping_std is None else table.damping_std[above],
+        modal_mass_kg=None,
+        modal_mass_std_kg=None,
+    )
+    what = f"{count(rigid, 'mode')} at 0 Hz (rigid motion) {'is' if rigid == 1 else 'are'} not listed"
+    return table, part[above], (f"{table.source}: {what}",)
+
+
+def _rigid(a: ModalTable, b: ModalTable, parts: tuple[Array, Array]) -> tuple[str, ...]:
+    """A sentence on rigid modes of two files: what of the motion of the first's those of the second hold."""
+    rows = [rigid_rows(table, part) for table, part in zip((a, b), parts, strict=True)]
+    in_a, in_b, sign = common_channels(a, b)
+    if not all(map(len, rows)) or a.shapes is None or b.shapes is None or len(in_a) <= len(rows[1]):
+        return ()
+    inside = contained(a.shapes[np.ix_(rows[0], in_a)], b.shapes[np.ix_(rows[1], in_b)] * sign)
+    least = int(np.argmin(inside))
+    own, others = count(len(rows[0]), "mode"), len(rows[1])
+    return (
+        f"rigid modes as a space: of the {own} of {Path(a.source).name} the {others} of {Path(b.source).name}"
+        f" hold {100 * inside[least]:.4g} % of the squared motion or more, least of that at"
+        f" {a.frequency_hz[rows[0][least]]:.4g} Hz",
     )
 
 

@@ -46,6 +46,6 @@ def disagreement_note(name: str, found: Disagreement, modes: int) -> str:
     several = f", and together {modes} where each shows {found.modes}" if modes > found.modes else ""
     return (
         f"{name}: the FRFs do not share their poles: one by one they show modes at {listed(places)}{several}."
-        " The structure changed between them, as with an accelerometer that was moved: analyse what was"
-        " measured at once apart, or move a dummy mass with it"
+        " The structure changed between them, as with an accelerometer that was moved: give `--roved`, or a"
+        " file for each place, and what its mass did is taken out"
     )

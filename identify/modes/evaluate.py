@@ -18,8 +18,10 @@ from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
 from identify.modal.selection import DROPPED, IDLE, Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
+from identify.modal.setups.run import analyse_setups
 from identify.modal.stabilisation import Diagram
 from identify.modes.doubt import doubt_sentence, doubts
+from identify.modes.setups import kept_setups
 from identify.results import fit as results
 from identify.results import tables
 from identify.results.modes import (
@@ -29,6 +31,7 @@ from identify.results.modes import (
     ModeTable,
     Reciprocity,
     RejectedPoles,
+    SetupPoles,
     StabilisationDiagram,
 )
 
@@ -46,6 +49,7 @@ _WHY = (
     ("a harmonic", "as harmonics of what turns"),
     ("differs from block to block", "that differ from block to block"),
     ("only a flank", "beyond the band"),
+    ("shown by", "that too few setups show"),
     ("not chosen", "by hand"),
     ("dropped by hand", "by hand"),
 )
@@ -57,7 +61,7 @@ _STRETCHES = 16
 @dataclass(frozen=True)
 class Measured:
     """What is analysed: FRFs with their place in a study, and where the sensors are (None: not known); drawn:
-    the same for pictures.
+    the same for pictures; setups: name and FRFs of each, where not all was measured at once.
     """
 
     name: str
@@ -66,13 +70,24 @@ class Measured:
     posture_deg: Sequence[float] = ()
     sensors: MeasuredGeometry | None = None
     drawn: tables.Geometry | None = None
+    setups: Sequence[tuple[str, FrfSet]] = ()
 
 
 def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis, AnalysedMeasurement]:
     """The modal analysis of one measurement, and what a result keeps of it; InputError as `analyse`."""
-    found = analyse(measured.data, settings)
+    if not measured.setups:
+        found = analyse(measured.data, settings)
+        return found, _kept(measured, found, None)
+    names, sets = zip(*measured.setups, strict=True)
+    found, setups = analyse_setups(measured.data, sets, names, settings)
+    return found, _kept(measured, found, None if setups is None else kept_setups(setups))
+
+
+def _kept(measured: Measured, found: ModalAnalysis, setups: SetupPoles | None) -> AnalysedMeasurement:
+    """What a result keeps of an analysis."""
+    settings = found.settings
     shapes = displacements(measured.sensors, found.table) if measured.sensors is not None else None
-    return found, AnalysedMeasurement(
+    return AnalysedMeasurement(
         name=measured.name,
         file=measured.file,
         sha256=measured.data.sha256,
@@ -94,6 +109,7 @@ def analysed(measured: Measured, settings: ModalSettings) -> tuple[ModalAnalysis
         frf=_frf(found, measured.data),
         geometry=measured.drawn,
         shapes=shapes,
+        setups=setups,
     )
 
 

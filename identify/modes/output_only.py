@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -17,8 +18,10 @@ from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry, displacements
+from identify.measured.loaders import FORMAT_OF_SUFFIX
 from identify.measured.modal_table import ModalTable
 from identify.measured.response_files import load_responses
+from identify.measured.several import files_of, name_of
 from identify.modal.analysis import synthesis_error
 from identify.modal.choices import chosen_settings
 from identify.modal.frf_errors import frf_errors
@@ -29,9 +32,11 @@ from identify.modal.settings import ModalSettings
 from identify.modes.doubt import doubts
 from identify.modes.evaluate import doubtful, drawn_diagram, rejected_poles, turned_down
 from identify.modes.export import write_tables
+from identify.modes.output_setups import together
 from identify.modes.said import asked, modal_settings, sources
-from identify.modes.scaling import ScaledBy, loaded, scaled_sentence, scaling_of
+from identify.modes.scaling import ScaledBy, Scaler, loaded, scaled_sentence, scaling_of
 from identify.modes.sensors import drawn, geometry_of
+from identify.modes.setups import setups_note
 from identify.results import file as result_file
 from identify.results.fit import HALF_SPECTRUM, FrfComparison
 from identify.results.modes import (
@@ -67,33 +72,40 @@ class Asked:
         return [one for one in (self.geometry, self.choices, self.scaled_by.path) if one is not None]
 
 
-def run_output_only(data: Path, out: Path | None, wanted: Asked) -> tuple[ModesResult, list[Path]]:
-    """Modes of the response records in a file; returns the result and what was written, the HDF5 file first.
+def run_output_only(
+    data: Path | Sequence[Path], out: Path | None, wanted: Asked
+) -> tuple[ModesResult, list[Path]]:
+    """Modes of the response records in a file, or in one for each setup of a test; returns the result and
+    what was written, the HDF5 file first.
 
     InputError for anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
-    _check(data, wanted.file)
+    files = _files([data] if isinstance(data, Path) else data, wanted)
     modal = {**chosen_settings(wanted.choices), **wanted.modal}
     settings = modal_settings(ModalSettings(), modal)
+    name = name_of(files)
     with one_thread():
-        history = load_responses(data, wanted.file)
-        scaler = loaded(wanted.scaled_by, wanted.file, history)
-        sensors, notes = geometry_of(data, wanted.geometry, wanted.length_unit)
-        path = out or Path("reports") / f"{data.stem}_modes.h5"
+        histories = [load_responses(path, wanted.file) for path in files]
+        scaler = loaded(wanted.scaled_by, wanted.file, histories[0])
+        sensors, notes = geometry_of(files[0], wanted.geometry, wanted.length_unit)
+        path = out or Path("reports") / f"{name}_modes.h5"
         table = path.with_suffix(".yaml")
-        read = [data, *wanted.beside]
+        read = [*files, *wanted.beside]
         result_file.check_new(path, "modes", read, [table, table.with_suffix(".uff")])
         with held(path):
-            found = analyse(history, wanted.operational, settings)
-            scaling, more = scaling_of(found, scaler, wanted.operational)
-            modes = _table(found, scaling)
-            extras = _extras(found, wanted.operational.teeth or 0, scaling)
-            one = _analysed(data, found, modes, sensors, extras)
+            found = [analyse(history, wanted.operational, settings) for history in histories]
+            if len(found) == 1:
+                one, modes, more = _alone(files[0], found[0], sensors, scaler, wanted)
+            else:
+                kept = [_unscaled(file, each, wanted) for file, each in zip(files, found, strict=True)]
+                one, modes = together(name, found, kept, sensors)
+                more = (setups_note(name, one.setups),) if one.setups is not None else ()
+            said = dict.fromkeys(note for each in found for note in each.notes)
             result = ModesResult(
-                name=data.stem,
+                name=name,
                 verdict=_verdict(one),
-                notes=(*notes, *found.notes, *more),
+                notes=(*notes, *said, *more),
                 seconds=time.perf_counter() - begun,
                 measurements={one.name: one},
                 provenance=provenance(
@@ -112,6 +124,33 @@ def run_output_only(data: Path, out: Path | None, wanted: Asked) -> tuple[ModesR
             )
             result_file.write(result, path)
             return result, [path, *write_tables(modes, sensors, table)]
+
+
+def _files(paths: Sequence[Path], wanted: Asked) -> list[Path]:
+    """The files of all setups; InputError for what is not of responses, and masses for several setups."""
+    for path in paths:
+        _check(path, wanted.file)
+    files = [one for path in paths for one in files_of(path, FORMAT_OF_SUFFIX)]
+    if len(files) > 1 and wanted.scaled_by.path is not None:
+        found, fix = f"given beside {len(files)} files of responses", "scale one of them, or leave it out"
+        raise InputError("--scale-frf or --scale-record", found, "one file of responses", fix)
+    return files
+
+
+def _alone(
+    file: Path, found: OperationalModes, sensors: MeasuredGeometry | None, scaler: Scaler, wanted: Asked
+) -> tuple[AnalysedMeasurement, ModalTable, tuple[str, ...]]:
+    """A measurement of one file, its modal table, and sentences on modal masses."""
+    scaling, more = scaling_of(found, scaler, wanted.operational)
+    modes = _table(found, scaling)
+    extras = _extras(found, wanted.operational.teeth or 0, scaling)
+    return _analysed(file, found, modes, sensors, extras), modes, more
+
+
+def _unscaled(file: Path, found: OperationalModes, wanted: Asked) -> AnalysedMeasurement:
+    """What a result keeps of one setup, but for pictures."""
+    extras = _extras(found, wanted.operational.teeth or 0, None)
+    return _analysed(file, found, found.table, None, extras)
 
 
 def _check(data: Path, file: FrfFileOptions) -> None:

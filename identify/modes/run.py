@@ -15,6 +15,7 @@ from identify.core.threads import one_thread
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
+from identify.measured.source import Estimation
 from identify.modal.alone import disagreement
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.choices import chosen_settings
@@ -22,13 +23,14 @@ from identify.modal.settings import ModalSettings
 from identify.modes.doubt import disagreement_note
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.modes.export import frf_paths, write_frfs, write_tables
-from identify.modes.job import Job, Place, job_of_file
+from identify.modes.job import Job, Place, Source, job_of_files
+from identify.modes.setups import setups_note
 from identify.results import file as result_file
 from identify.results.modes import AnalysedMeasurement, ModesResult
 
 
 def run_modes(
-    data: Path,
+    data: Path | Sequence[Path],
     out: Path | None = None,
     file: FrfFileOptions | None = None,
     modal: dict[str, Any] | None = None,
@@ -36,25 +38,30 @@ def run_modes(
     length_unit: str | None = None,
     frfs: bool = False,
     choices: Path | None = None,
+    estimation: Estimation | None = None,
+    roved: bool = False,
 ) -> tuple[ModesResult, list[Path]]:
-    """Modes of the FRFs in a file, or of every FRF measurement of a study; returns the result and what was
-    written, the HDF5 file first.
+    """Modes of the FRFs in a file, in several of one test, or of every FRF measurement of a study; returns
+    the result and what was written, the HDF5 file first.
 
     file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study
     or the defaults; geometry: universal file with the measurement points, by default the data file itself,
-    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written
-    too; choices: YAML file of keys like modal, which overrides it.  A study has all but `modal` itself.
-    InputError for anything that cannot be read, analysed or written.
+    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written too;
+    choices: YAML file of keys like modal, which overrides it; estimation: of FRFs from time records, which
+    the files have; roved: whether each node of a response was measured by itself.  A study has all but
+    `modal` itself. InputError for anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
     modal = {**chosen_settings(choices), **(modal or {})}
     with one_thread():
-        job = _job(data, file, modal, Place(geometry, length_unit), choices)
+        paths = [data] if isinstance(data, Path) else list(data)
+        source = Source(paths, file or FrfFileOptions(), estimation, roved)
+        job = _job(source, modal, Place(geometry, length_unit), choices)
         path = out or Path("reports") / f"{job.name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, job.measured)}.yaml") for m in job.measured]
         beside = [path for table in tables for path in (table, table.with_suffix(".uff"), *frf_paths(table))]
         read = [
-            data,
+            *paths,
             *filter(None, [geometry, choices]),
             *job.beside,
             *(Path(one.data.source) for one in job.measured),
@@ -66,7 +73,7 @@ def run_modes(
             result = ModesResult(
                 name=job.name,
                 verdict=verdict(kept),
-                notes=(*job.notes, *_disagreements(pairs)),
+                notes=(*job.notes, *_differences(pairs)),
                 seconds=time.perf_counter() - begun,
                 measurements={one.name: one for one in kept},
                 provenance=job.provenance,
@@ -79,16 +86,15 @@ def run_modes(
     return result, written
 
 
-def _job(
-    data: Path, file: FrfFileOptions | None, modal: dict[str, Any], place: Place, choices: Path | None
-) -> Job:
-    if data.suffix.lower() not in YAML_SUFFIXES:
-        return job_of_file(data, file or FrfFileOptions(), modal, place, choices)
+def _job(source: Source, modal: dict[str, Any], place: Place, choices: Path | None) -> Job:
+    first = source.paths[0]
+    if first.suffix.lower() not in YAML_SUFFIXES:
+        return job_of_files(source, modal, place, choices)
     # A study brings the robot and its engine, which take seconds to import.
     from identify.modes.from_study import job_of_study  # noqa: PLC0415
 
-    said_too_much = (file is not None and file != FrfFileOptions()) or place != Place()
-    return job_of_study(data, modal, refused=said_too_much)
+    said_too_much = source != Source([first]) or place != Place()
+    return job_of_study(first, modal, refused=said_too_much)
 
 
 def _analysed(
@@ -102,10 +108,12 @@ def _analysed(
     return found
 
 
-def _disagreements(pairs: Sequence[tuple[ModalAnalysis, AnalysedMeasurement]]) -> list[str]:
-    """A sentence on each measurement whose FRFs do not share their poles."""
-    found = [(kept.name, disagreement(analysis), len(analysis.table)) for analysis, kept in pairs]
-    return [disagreement_note(name, one, modes) for name, one, modes in found if one is not None]
+def _differences(pairs: Sequence[tuple[ModalAnalysis, AnalysedMeasurement]]) -> list[str]:
+    """A sentence on each measurement in several setups, and on each whose FRFs do not share their poles."""
+    said = [setups_note(kept.name, kept.setups) for _, kept in pairs if kept.setups is not None]
+    alone = [(kept.name, found) for found, kept in pairs if kept.setups is None or kept.setups.together]
+    found = [(name, disagreement(analysis), len(analysis.table)) for name, analysis in alone]
+    return said + [disagreement_note(name, one, modes) for name, one, modes in found if one is not None]
 
 
 def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:

@@ -52,13 +52,15 @@ def sources(
     modal: dict[str, Any] | None,
     operational: OperationalSettings | None = None,
     scaled_by: Mapping[str, Any] | None = None,
+    beside: Mapping[str, Any] | None = None,
 ) -> tables.SettingTable:
     """The settings of an analysis of a file, each with its source; operational: of one of responses alone,
-    and what scales its shapes.
+    and what scales its shapes; beside: what else was said.
     """
     given = {
         **file.model_dump(exclude_defaults=True),
         **{f"modal.{key}": value for key, value in (modal or {}).items()},
+        **(beside or {}),
     }
     if operational is None:
         return option_settings({"": file, "modal": settings}, given)
@@ -75,9 +77,10 @@ def asked(
     length_unit: str | None,
     operational: OperationalSettings | None = None,
     scaled_by: Mapping[str, Any] | None = None,
+    beside: Mapping[str, Any] | None = None,
 ) -> str:
     """What was asked of a data file as YAML, with every setting of the analysis."""
-    said: dict[str, Any] = dict(file.model_dump(exclude_defaults=True))
+    said: dict[str, Any] = {**file.model_dump(exclude_defaults=True), **(beside or {})}
     said |= {
         key: value
         for key, value in (("geometry", geometry and str(geometry)), ("length_unit", length_unit))

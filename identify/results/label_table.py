@@ -118,6 +118,11 @@ ARRAYS: dict[str, dict[str, str]] = {
         "added": "added_node added_kg",
     },
     "OutputOnly": {"mode channel": "shape_std"},
+    "SetupPoles": {
+        "setup": "setup",
+        "frequency_hz": "frequency_hz",
+        "frequency_hz setup": "own_hz own_damping_ratio expected_hz",
+    },
     "AnalysedMeasurement": {"joint": "posture_deg", "mode point axis": "shapes"},
     # identify.results.map
     "PostureRows": {

@@ -145,6 +145,29 @@ class OutputOnly:
 
 
 @dataclass(frozen=True)
+class SetupPoles:
+    """Modes (m,) of a measurement in several setups (k,): frequency_hz without moved sensors; own_hz,
+    own_damping_ratio (m, k): in each setup, NaN where it does not show the mode; expected_hz (m, k): with the
+    mass of its sensors, NaN where no sensor was moved.
+
+    agree: whether poles do; together: whether all FRFs were analysed at once; unexplained: part of the
+    differences that the mass of moved sensors leaves, median of modes; sensor_kg: of a moved sensor, NaN
+    where it is not known, and its standard deviation.
+    """
+
+    setup: Texts
+    frequency_hz: Array
+    own_hz: Array
+    own_damping_ratio: Array
+    expected_hz: Array
+    agree: bool
+    together: bool
+    unexplained: float
+    sensor_kg: float
+    sensor_std_kg: float
+
+
+@dataclass(frozen=True)
 class AnalysedMeasurement:
     """One measurement: its modes and all that tells how good they are.
 
@@ -152,7 +175,8 @@ class AnalysedMeasurement:
     responses, and shapes have a largest component of 1.
     posture_deg is empty where no robot is known; total_error: RMS over all FRFs of measured minus rebuilt,
     over measured; frf: `fitted` are the FRFs rebuilt from the modes; geometry and shapes (m, points, 3), in
-    its axes, NaN at points that were not measured; parts: of the band, that were analysed apart.
+    its axes, NaN at points that were not measured; parts: of the band, that were analysed apart; setups: None
+    where all was measured at once.
     """
 
     name: str
@@ -171,6 +195,7 @@ class AnalysedMeasurement:
     shapes: Complex | None
     parts: int = 1
     output_only: OutputOnly | None = None
+    setups: SetupPoles | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -63,7 +63,7 @@ def examine(structure: Structure, number: int, noise: float, seed: int) -> Run:
     low, high = structure.frequency_hz[[0, -1]]
     inside = (f - half >= low) & (f + half <= high)
     lost, spacing = _lost(structure, poles, shapes, noise), _spacing(f, half)
-    match, spurious = _match(poles, shapes, table)
+    match, spurious = matched(poles, shapes, table)
     modes = []
     for r in map(int, np.flatnonzero(inside)):
         errors = _errors(poles[r], table, match[r]) if r in match else (np.nan, np.nan)
@@ -101,7 +101,7 @@ def _residues(frf: np.ndarray, functions: np.ndarray, r: int) -> np.ndarray:
     )
 
 
-def _match(poles: np.ndarray, shapes: np.ndarray, table: ModalTable) -> tuple[dict[int, int], list[float]]:
+def matched(poles: np.ndarray, shapes: np.ndarray, table: ModalTable) -> tuple[dict[int, int], list[float]]:
     """{true mode: row of the table}, nearest first, and the frequencies of spurious rows."""
     size = 2 * np.pi * table.frequency_hz
     found = size * (-table.damping_ratio + 1j * np.sqrt(1 - table.damping_ratio**2))

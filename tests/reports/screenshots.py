@@ -1,7 +1,8 @@
 """Pictures of reports for the README: `python -m tests.reports.screenshots RUN.h5 ...` writes
 `docs/<kind>_report.png` for each result.
 
-Several fits in one word, joined by `+`, are compared: `A.h5+B.h5`.
+Several fits in one word, joined by `+`, are compared: `A.h5+B.h5`.  `motion=RUN.h5` is the stage with the
+motion at a line beside a mode, `docs/motion_at_line.png`.
 """
 
 from __future__ import annotations
@@ -55,6 +56,22 @@ def shoot(page: Page, files: list[Path]) -> Path:
     return target
 
 
+def shoot_motion(page: Page, file: Path) -> Path:
+    """The stage of a result with FRFs and shapes: a mode, and the motion that was measured there."""
+    target = DOCS / "motion_at_line.png"
+    with tempfile.TemporaryDirectory() as folder:
+        html, raw = Path(folder) / "report.html", Path(folder) / "raw.png"
+        html.write_text(page_of(read_any(file)), encoding="utf-8")
+        page.open(html, width=_WIDTH, height=700)
+        page.run("$('robot').scrollIntoView(); $('robot-play').click()")
+        page.run("$('robot-mode').selectedIndex = 2; $('robot-mode').dispatchEvent(new Event('change'))")
+        page.run("$('robot-amplitude').value = 0.6; $('robot-amplitude').dispatchEvent(new Event('input'))")
+        page.run("new Promise(done => setTimeout(done, 600))")
+        page.screenshot(raw)
+        target.write_bytes(_small(raw))
+    return target
+
+
 def _small(raw: Path) -> bytes:
     """Scaled down, in 256 colours."""
     with Image.open(raw) as picture:
@@ -74,7 +91,9 @@ def main() -> None:
     """Take the pictures that were asked for."""
     with browser() as page:
         for word in sys.argv[1:]:
-            print(shoot(page, [Path(name) for name in word.split("+")]))
+            motion = word.startswith("motion=")
+            files = [Path(name) for name in word.removeprefix("motion=").split("+")]
+            print(shoot_motion(page, files[0]) if motion else shoot(page, files))
 
 
 if __name__ == "__main__":

@@ -83,9 +83,9 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_arrows_point_where_the_channels_look() -> None:
-    from identify.reports.fit.pick import arrows
+    from identify.reports.fit.pick import ways
 
     g = frf_result(5, 3).measurements["posture1"].geometry
-    found = arrows(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"])
+    found = list(ways(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"]).values())
     assert [row for row, _ in found] == [1, 1], "each once, translations of known points only"
     assert np.array([way for _, way in found]) == pytest.approx(np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]))

@@ -42,17 +42,17 @@ class _Mode:
     where: str
 
 
-def read_shapes(path: Path) -> ModalTable:
+def read_shapes(path: Path, *, rigid_too: bool = False) -> ModalTable:
     """The modes of a universal file, by frequency, with their shapes; damping NaN where the file gives none.
 
     Shapes stored as velocity or acceleration become displacement; rigid motion, which a free structure has at
-    0 Hz, is left out, and `notes` says so.  InputError for a file without modes, for modes at different
-    nodes, and for anything out of its columns, with the line.
+    0 Hz, is left out, and `notes` says so; rigid_too: it is not.  InputError for a file without modes, for
+    modes at different nodes, and for anything out of its columns, with the line.
     """
     found = [
         mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None
     ]
-    modes = [mode for mode in found if mode.frequency_hz > 0]
+    modes = [mode for mode in found if mode.frequency_hz > 0 or rigid_too]
     rigid = len(found) - len(modes)
     if found and not modes:
         raise InputError(str(path), f"{count(rigid, 'mode')} at 0 Hz alone", "modes above 0 Hz")

@@ -5,17 +5,28 @@ const FRF = (() => {
   const sets = (DATA.measurements || []).filter(m => m.frf);
   if (!sets.length || !$("frf-plot")) return null;
   const unpacked = new Map();
-  let set = sets[0], mapped = sets[0], pair = 0, shown = 0;
+  let set = sets[0], mapped = sets[0], pair = 0, shown = 0, marked = {};
 
-  // The curves of one FRF; its block is unpacked once and kept.
-  async function curves(chosen, number) {
+  // A block of FRFs, unpacked once and kept, and the row of one of them.
+  async function blockOf(chosen, number) {
     const {size, blocks} = chosen.frf.curves, index = Math.floor(number / size), key = `${chosen.name}/${index}`;
     if (!unpacked.has(key)) {
       const inflate = async value => value.data ? unpack(value)
         : Object.fromEntries(await Promise.all(Object.entries(value).map(async ([name, part]) => [name, await inflate(part)])));
       unpacked.set(key, inflate(blocks[index]));
     }
-    const block = await unpacked.get(key), row = number % size;
+    return [await unpacked.get(key), number % size];
+  }
+
+  // What was measured of some FRFs at one line: magnitude, and phase in radians.
+  const at = (chosen, numbers, line) => Promise.all(numbers.map(async number => {
+    const [{measured}, row] = await blockOf(chosen, number);
+    return {magnitude: 10 ** measured.magnitude[row][line], phase: measured.phase[row][line]};
+  }));
+
+  // The curves of one FRF.
+  async function curves(chosen, number) {
+    const [block, row] = await blockOf(chosen, number);
     const curve = name => ({magnitude: block[name].magnitude[row].map(v => 10 ** v), phase: wrapped(block[name].phase[row])});
     return {
       ...Object.fromEntries(Object.keys(DATA.curves).filter(name => block[name]).map(name => [name, curve(name)])),
@@ -64,7 +75,7 @@ const FRF = (() => {
     const bottom = c.coherence ? 0.17 : 0, middle = c.coherence ? 0.21 : 0;
     return {
       margin: {l: 76, r: 16, t: 40, b: 48}, hovermode: "x unified", hoversubplots: "axis", uirevision: set.name,
-      legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"},
+      legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"}, shapes: marks(),
       xaxis: {title: {text: "Frequency (Hz)"}, anchor: c.coherence ? "y3" : "y2", range: [set.frf.frequency[0], set.frf.frequency.at(-1)], ticksuffix: "", unifiedhovertitle: {text: "%{x:.4g} Hz"}},
       yaxis: {title: {text: `Magnitude (${set.frf.unit})`}, type: $("frf-scale").value, domain: [middle + 0.31, 1], exponentformat: "power", ...($("frf-scale").value === "log" && {dtick: 1, tickfont: {size: 10.5}}), uirevision: `${set.name} ${pair} ${$("frf-scale").value}`},
       yaxis2: {title: {text: "Phase (°)"}, range: [-190, 190], tickvals: [-180, -90, 0, 90, 180], domain: [middle, middle + 0.26], zeroline: false},
@@ -72,11 +83,20 @@ const FRF = (() => {
     };
   }
 
+  // The line whose motion is shown, in the plot of its measurement.
+  const marks = () => marked.set === set ? [{type: "line", x0: marked.hz, x1: marked.hz, yref: "paper", y0: 0, y1: 1, line: {color: color("muted"), width: 1, dash: "dot"}}] : [];
+  function mark(chosen, hz) {
+    marked = {set: chosen, hz};
+    if ($("frf-plot").data) Plotly.relayout("frf-plot", {shapes: marks()});
+  }
+
+  const chooseLine = event => window.dispatchEvent(new CustomEvent("line", {detail: {name: set.name, hz: event.points[0].x, input: set.frf.input[pair]}}));
+
   async function show() {
     const turn = ++shown, c = await curves(set, pair);
     if (turn !== shown) return;
     $("frf-title").textContent = `${set.name}, ${set.frf.quantity} ${set.frf.output[pair]} / ${set.frf.input[pair]}: ${set.frf.title[pair]}`;
-    draw("frf-plot", () => [traces(c), layout(c)]);
+    draw("frf-plot", () => [traces(c), layout(c)], plot => plot.on("plotly_click", chooseLine));
   }
 
   const unique = list => [...new Set(list)];
@@ -169,5 +189,5 @@ const FRF = (() => {
 
   const mapReady = $("gap-measurement") ? showMap() : null;
   $("gap-measurement")?.addEventListener("change", showMap);
-  return {ready: Promise.all([pick(sets[0].name, sets[0].frf.first), mapReady]), pick};
+  return {ready: Promise.all([pick(sets[0].name, sets[0].frf.first), mapReady]), pick, at, mark};
 })();

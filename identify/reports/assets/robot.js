@@ -1,13 +1,13 @@
 // Shapes in 3D on plain canvases: the model at its posture, the measured points, or both; turned by dragging, zoomed by the wheel.
 "use strict";
 
-(() => {
+const ROBOT = (() => {
   const tip = $("robot-tip");
-  const stages = ["model", "measured"].map(kind => ({kind, canvas: $(`robot-${kind}`)})).filter(stage => stage.canvas);
-  if (!stages.length) return;
+  const stages = ["model", "measured", "motion"].map(kind => ({kind, canvas: $(`robot-${kind}`)})).filter(stage => stage.canvas);
+  if (!stages.length) return null;
   const home = {azimuth: -0.9, elevation: 0.35, zoom: 1};
   const view = {...home};
-  let robot, mode, corners, center, radius, reach, rise, feet, order, canvas, context, playing = true, phase = 0, last = 0;
+  let robot, mode, motion = null, corners, center, radius, reach, rise, feet, order, canvas, context, playing = true, phase = 0, last = 0;
 
   const drawn = DATA.measurements.filter(m => m.robot);
   const links = [...new Set(drawn.flatMap(m => m.robot.link))].filter(Boolean);
@@ -43,6 +43,7 @@
     const what = [chosen.name, chosen.use].filter(Boolean).join(", ");
     $("robot-about").textContent = `${what}. Drag or arrow keys turn, wheel or + and - zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
+      + (stages.some(stage => stage.kind === "motion") ? "Measured motion: every response to one force at one line; a click in the plot of an FRF chooses its line. " : "")
       + (robot.bodies && robot.bodies.missing.length ? `Not as they look: ${robot.bodies.missing.join("; ")}. ` : "")
       + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`);
     chooseMode();
@@ -53,8 +54,19 @@
   function chooseMode() {
     mode = robot.modes[$("robot-mode").selectedIndex];
     phase = 0;
-    for (const {kind, canvas} of stages)
+    for (const {kind, canvas} of stages.filter(stage => stage.kind !== "motion"))
       canvas.previousElementSibling.textContent = `${(DATA.stages || {})[kind] || kind} ${mode[kind] || "has no such mode"}`;
+    paint();
+    window.dispatchEvent(new CustomEvent("mode"));
+  }
+
+  // What is chosen: name of the measurement, frequency of the mode, and which way each channel looks from which point.
+  const chosen = () => ({name: $("robot-measurement").value, hz: mode.hz, ways: robot.ways || {}, points: robot.points.length});
+
+  // Shows a motion that is no mode, with a sentence on it; null where nothing is known of it.
+  function move(shape, said) {
+    motion = shape;
+    stages.find(stage => stage.kind === "motion").canvas.previousElementSibling.textContent = said;
     paint();
   }
 
@@ -133,7 +145,7 @@
       line(robot.skeleton, color("muted"), 1.5, [5, 6]);
       for (const ends of robot.segments || []) line(ends.map(i => robot.points[i]), color("line"), 1, [4, 4]);
       stage.lines = stage.faces = [];
-      stage.spots = stage.kind === "model" ? paintModel(stage) : paintMeasured();
+      stage.spots = stage.kind === "model" ? paintModel(stage) : paintMeasured(stage.kind === "motion" ? motion : mode.measured_points);
     }
   }
 
@@ -205,11 +217,11 @@
   }
 
   // Only points were measured: lines join them as the geometry says, or in their order along the robot.
-  function paintMeasured() {
-    const points = moved(robot.points, mode.measured_points), runs = robot.segments || [order];
+  function paintMeasured(shape) {
+    const points = moved(robot.points, shape), runs = robot.segments || [order];
     // Without lines, how far each point has moved.
-    if (mode.measured_points && !runs.length) points.forEach((p, i) => p && line([robot.points[i], p], color("muted"), 1.5));
-    if (mode.measured_points) for (const run of runs) line(run.map(i => points[i]).filter(Boolean), color("ink"), 2);
+    if (shape && !runs.length) points.forEach((p, i) => p && line([robot.points[i], p], color("muted"), 1.5));
+    if (shape) for (const run of runs) line(run.map(i => points[i]).filter(Boolean), color("ink"), 2);
     paintArrows(points);
     return paintPoints(points);
   }
@@ -336,4 +348,5 @@
   if (window.matchMedia("(prefers-reduced-motion: reduce)").matches) play(false);
   choose();
   requestAnimationFrame(tick);
+  return {chosen, move};
 })();

@@ -60,6 +60,7 @@ def robot_data(
     modes = [
         {
             "label": view.label,
+            "hz": view.hz,
             "model": view.model,
             "measured": view.measured,
             "points": _thousandths(view.points),
@@ -79,11 +80,14 @@ def robot_data(
         "bodies": _bodies_data(g.bodies),
         "segments": g.segments,
         "arrows": {
-            kind: [[row, *way] for row, way in pick.arrows(g, some)]
+            kind: [[row, *way] for row, way in pick.ways(g, some).values()]
             for kind, some in zip(("response", "force"), seen, strict=True)
         }
         if seen is not None
         else {},
+        "ways": {}
+        if seen is None
+        else {name: [row, *way] for name, (row, way) in pick.ways(g, seen[0]).items()},
         "measured": [] if seen is None else pick.nodes(seen[0]),
         "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,

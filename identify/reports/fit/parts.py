@@ -21,6 +21,7 @@ WORST_ROWS = 10
 STAGES = {
     "model": "the model at its posture, moving in the chosen mode",
     "measured": "the measured points, moving in the mode that was measured",
+    "motion": "the measured points, moving as they were measured at one line",
 }
 """Canvases on which shapes move, and what they show."""
 
@@ -31,9 +32,15 @@ def stage(measurements: Sequence[Any], stages: Sequence[tuple[str, str]], what: 
 
 
 def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]]:
-    """The canvases for shapes of these measurements: the measured one only where shapes were measured."""
-    measured = any(m.pairs and m.pairs.measured_shapes is not None for m in measurements)
-    return [(kind, about) for kind, about in STAGES.items() if kind == "model" or measured]
+    """The canvases for shapes of these measurements: the measured one only where shapes were measured, that
+    of motion at a line only where there are FRFs.
+    """
+    there = {
+        "model": True,
+        "measured": any(m.pairs and m.pairs.measured_shapes is not None for m in measurements),
+        "motion": any(m.frf is not None and m.geometry.axes is not None for m in measurements),
+    }
+    return [(kind, about) for kind, about in STAGES.items() if there[kind]]
 
 
 def frf_picker(measurements: Sequence[Any], initial: bool = False) -> Widget:

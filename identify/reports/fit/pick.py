@@ -157,14 +157,14 @@ def nodes(channels: Sequence[str]) -> list[int]:
     return sorted({_key(channel)[0] for channel in channels})
 
 
-def arrows(g: Geometry, channels: Sequence[str]) -> list[tuple[int, Array]]:
-    """The direction of every translational channel in the base's axes, each once, as (row of its point, unit
-    vector (3,)).
+def ways(g: Geometry, channels: Sequence[str]) -> dict[str, tuple[int, Array]]:
+    """The direction of every translational channel in the base's axes as (row of its point, unit vector
+    (3,)).
 
     Empty where the axes of the points were not kept; channels of nodes without a place are left out.
     """
     if g.axes is None:
-        return []
+        return {}
     rows, found = {int(node): row for row, node in enumerate(g.nodes)}, {}
     for channel in channels:
         node, axis, sign = _key(channel)
@@ -173,7 +173,7 @@ def arrows(g: Geometry, channels: Sequence[str]) -> list[tuple[int, Array]]:
                 rows[node],
                 (-1.0 if sign == "-" else 1.0) * g.axes[rows[node], _AXES.index(axis)],
             )
-    return list(found.values())
+    return found
 
 
 def _key(channel: str) -> tuple[int, str, str]:

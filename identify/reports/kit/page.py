@@ -19,7 +19,7 @@ from identify.reports.kit.report import GAP, PAGE, Report, speaks_of_gap, visibl
 from identify.results.header import Header
 
 ASSETS = Path(__file__).parents[1] / "assets"
-_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "mac.js")
+_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "motion_at_line.js", "mac.js")
 """Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
 
 
@@ -43,7 +43,7 @@ def page(result: Header, report: Report) -> str:
         sentence=sentence,
         gap=GAP if speaks_of_gap(report) else "",
         style=asset("report.css"),
-        scripts=[*map(asset, _EARLY), Markup(_plotly()), *map(asset, (_LATE[0], *own, _LATE[1]))],
+        scripts=[*map(asset, _EARLY), Markup(_plotly()), *map(asset, (*_LATE[:2], *own, _LATE[2]))],
         packed=any(one.get("frf") for one in data.get("measurements", [])),
         data=Markup(json_inside(data)),
     )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.reports.fit.pick import arrows
+from identify.reports.fit.pick import ways
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN, decades_beside
 from identify.reports.kit.shapes import ModeView
@@ -82,7 +82,7 @@ def _arrows(axes: mpl.Axes, view: PostureView) -> None:
     g = view.geometry
     size = float(np.ptp(_places(g), axis=0).max())
     for channels, length, color, width in ((view.outputs, 0.06, BLUE, 0.6), (view.inputs, 0.15, ORANGE, 1.1)):
-        found = list(arrows(g, channels))
+        found = list(ways(g, channels).values())
         if found:
             ends = projected(np.array([[g.points[row], length * size * way] for row, way in found]))
             look: Any = {"angles": "xy", "scale_units": "xy", "scale": 1, "units": "inches"}

@@ -23,7 +23,8 @@ class ModeView:
     points (n, 3), skeleton (k, 3): the model's shape, largest displacement real and 1; None for a measured
     mode without a pair. measured (n, 3): the measured shape on the same scale, NaN where a point was not
     measured; None without one. label names the mode; model and measured say frequency and damping, empty
-    where there is none. bodies (b, 6): shift and turn of the model's drawn links.
+    where there is none. bodies (b, 6): shift and turn of the model's drawn links; hz:
+    where the mode is, as measured where it is.
     """
 
     label: str
@@ -33,6 +34,7 @@ class ModeView:
     skeleton: Complex | None
     measured_points: Complex | None
     bodies: Complex | None = None
+    hz: float = np.nan
 
 
 def mode_views(m: MeasurementResult) -> list[ModeView]:
@@ -55,7 +57,8 @@ def analysed_views(m: AnalysedMeasurement) -> list[ModeView]:
     views = []
     for row, shape in enumerate(m.shapes):
         text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
-        views.append(ModeView(f"{row + 1}: {text}", "", text, None, None, shape / _largest(shape)))
+        hz = float(m.modes.frequency_hz[row])
+        views.append(ModeView(f"{row + 1}: {text}", "", text, None, None, shape / _largest(shape), hz=hz))
     return views
 
 
@@ -67,19 +70,20 @@ def model_view(modes: Modes, row: int) -> ModeView:
     shape = shape / size
     bodies = None if modes.body_shapes is None else modes.body_shapes[row] / size
     text = f"{number(modes.frequency_hz[row])} Hz, damping {percent(modes.damping_ratio[row])} %"
-    return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None, bodies)
+    hz = float(modes.frequency_hz[row])
+    return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None, bodies, hz)
 
 
 def _model_view(m: MeasurementResult, row: int) -> ModeView:
     view = model_view(m.modes, row)
-    measured_text, measured = "", None
+    measured_text, measured, hz = "", None, view.hz
     mode = None if m.pairs is None else partner(m.pairs, row)
     if m.pairs is not None and mode is not None:
-        mac = mac_of(m.pairs, row)
+        mac, hz = mac_of(m.pairs, row), float(m.pairs.measured_frequency_hz[mode])
         measured_text = _measured_text(m.pairs, mode) + ("" if np.isnan(mac) else f", MAC {number(mac)}")
         if m.pairs.measured_shapes is not None:
             measured = None if view.points is None else _fitted_to(m.pairs.measured_shapes[mode], view.points)
-    return replace(view, measured=measured_text, measured_points=measured)
+    return replace(view, measured=measured_text, measured_points=measured, hz=hz)
 
 
 def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, int]) -> list[ModeView]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from rich.console import Console
 
+from identify.core.arrays import Array
 from identify.core.atomic import write_atomically
 from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
@@ -33,23 +34,24 @@ def show(found: ShapeComparison) -> None:
 
 def tables(found: ShapeComparison) -> list[Table]:
     """Modes of each file; pairs, with what is left over; channels from the worst."""
-    own = [_modes(found.name_a, found.a)]
+    own = [_modes(found.name_a, found.a, found.rigid_a)]
     if found.a is found.b:
         return own
-    shown = [*own, _modes(found.name_b, found.b), _pairs(found)]
+    shown = [*own, _modes(found.name_b, found.b, found.rigid_b), _pairs(found)]
     return shown if found.comac is None else [*shown, _channels(found)]
 
 
-def _modes(name: str, table: ModalTable) -> Table:
+def _modes(name: str, table: ModalTable, rigid: Array) -> Table:
     damped = table.frequency_hz * np.sqrt(1 - np.nan_to_num(table.damping_ratio) ** 2)
-    return Table(
-        f"Modes of {name}",
-        (Column("Mode"), Column("Undamped", "Hz"), Column("Damped", "Hz"), Column("Damping ratio", "%")),
-        tuple(
-            (str(n + 1), number(f, 5), number(d, 5), percent(z))
-            for n, (f, d, z) in enumerate(zip(table.frequency_hz, damped, table.damping_ratio, strict=True))
-        ),
+    told = bool(np.isfinite(rigid).any())
+    columns = (Column("Mode"), Column("Undamped", "Hz"), Column("Damped", "Hz"), Column("Damping ratio", "%"))
+    values = zip(table.frequency_hz, damped, table.damping_ratio, rigid, strict=True)
+    rows = tuple(
+        (str(n + 1), number(f, 5), number(d, 5), percent(z), *([percent(part)] if told else []))
+        for n, (f, d, z, part) in enumerate(values)
     )
+    note = "Rigid: part of the squared motion that moves all points as one body." if told else ""
+    return Table(f"Modes of {name}", (*columns, *([Column("Rigid", "%")] if told else [])), rows, note)
 
 
 def _pairs(found: ShapeComparison) -> Table:

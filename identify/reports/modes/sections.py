@@ -41,6 +41,7 @@ from identify.reports.kit.report import (
 from identify.reports.kit.shapes import analysed_views
 from identify.reports.modes import tables
 from identify.reports.modes.figure import stabilisation
+from identify.reports.modes.setup_table import setup_table
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.tables import Geometry
 
@@ -88,7 +89,7 @@ def _modes(k: int, m: AnalysedMeasurement) -> Box:
     if matrix is not None:
         title = Heading("MAC of the shapes with each other (autoMAC)", on=PAGE)
         inside.append(Box("table", [title, Drawing(f"mac-{k}", look="auto"), *mac([matrix], _AUTO_MAC)]))
-    for more in (tables.mass_table(m), tables.tone_table(m)):
+    for more in (setup_table(m), tables.mass_table(m), tables.tone_table(m)):
         if more is not None:
             inside.append(Box("table", [Tabular(more, heading=True)]))
     return Box("block wide", [Heading(m.name), Box("pairs" if len(hz) <= _FEW else "table", inside)])
@@ -98,7 +99,8 @@ def _shapes(measurements: list[AnalysedMeasurement]) -> list[Part]:
     moving = [m for m in measurements if m.geometry is not None and analysed_views(m)]
     if not moving:
         return [Text(_NO_SHAPES)]
-    parts: list[Part] = [stage(moving, [("measured", STAGES["measured"])], "Measurement")]
+    shown = [(kind, STAGES[kind]) for kind in ("measured", "motion")]
+    parts: list[Part] = [stage(moving, shown, "Measurement")]
     for m in moving:
         views, most = analysed_views(m), robot_figure.MODES
         first = f" The first {most} of {len(views)}." if len(views) > most else ""
