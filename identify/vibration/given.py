@@ -4,7 +4,7 @@ and their noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,12 +22,14 @@ from identify.measured.noise import with_noise, with_relative_noise, without_bia
 from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import dead, noise_alone, without
 from identify.measured.source import read_source
+from identify.model.effects.base import Effect
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.posture import at_posture
+from identify.vibration.motor_side import at_gear_outputs
 from identify.vibration.same_data import doubles
 from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, StudyFile
 
@@ -66,6 +68,13 @@ class Given:
         """Force channels."""
         return self.data.inputs if isinstance(self.data, FrfSet) else ()
 
+    @property
+    def driven(self) -> frozenset[int]:
+        """Joints whose motors are driven: all that holds their rotors is in the torque that is an input."""
+        if self.settings.motor_torque == "added":
+            return frozenset()
+        return frozenset(one.motor for one in self.inputs if one.motor is not None)
+
 
 def read_given(
     file: StudyFile, robot: Robot, known: Mapping[str, FrfSet], points: Mapping[int, Point]
@@ -83,7 +92,16 @@ def read_given(
         raise InputErrors(errors)
     told = zip(settings, names, postures, chosen, strict=True)
     given = collect([partial(given_of, *one) for one in told])
+    given = collect([partial(_at_gear_outputs, one, file.study.effects, robot) for one in given])
     return [along_links(one, robot, points) for one in given]
+
+
+def _at_gear_outputs(given: Given, effects: Sequence[Effect], robot: Robot) -> Given:
+    """A measurement whose motors are told at the gear output."""
+    if not isinstance(given.data, FrfSet):
+        return given
+    told = given.settings.motor_side, effects, robot, given.name
+    return replace(given, data=at_gear_outputs(given.data, *told))
 
 
 def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
@@ -91,7 +109,7 @@ def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Give
     if given.settings.correct.axes == "link" or not isinstance(given.data, FrfSet):
         return given
     engine, axes = Engine(at_posture(robot, given.posture)), dict[int, Array]()
-    for node in {one.node for one in (*given.data.outputs, *given.data.inputs)}:
+    for node in {one.node for one in (*given.data.outputs, *given.data.inputs) if one.motor is None}:
         if node not in points:
             raise InputError(given.name, f"channels of point {node}", "a point of the points file")
         axes[node] = points[node].axes @ engine.axes(points[node].link).T
