@@ -40,7 +40,9 @@ class Channel:
             return cls(-int(of_joint[1]), -turning if of_joint[2] == "-" else turning)
         match = _PATTERN.match(text)
         if match is None:
-            raise InputError(where, f"channel {text!r}", "point:direction such as 12:+Z, 3:-X, 7:+RY or joint2:motor")
+            raise InputError(
+                where, f"channel {text!r}", "point:direction such as 12:+Z, 3:-X, 7:+RY or joint2:motor"
+            )
         code = _CODES[match[3].upper()]
         return cls(int(match[1]), -code if match[2] == "-" else code)
 

@@ -133,8 +133,15 @@ class System:
         turns by itself in the model.
         """
         name = rotor(joint)
+        if name in self.site.coordinates and name not in self.coordinates:
+            found = (
+                f"channel joint{joint}:motor, but a rotor that is held fast, because its torque is no input"
+            )
+            raise InputError(where, found, "what holds it", "give `holding_stiffness: {}` in its effect")
         if name not in self.coordinates:
-            effect = f"{{kind: rotor-inertia, joints: [{joint}], gear_ratio: [100], inertia: {{initial: 1.0e-4}},"
+            effect = (
+                f"{{kind: rotor-inertia, joints: [{joint}], gear_ratio: [100], inertia: {{initial: 1.0e-4}},"
+            )
             raise InputError(
                 where,
                 f"channel joint{joint}:motor, but no rotor of joint {joint} that turns by itself",
@@ -273,7 +280,9 @@ def assemble(
     the motors of some joints as inputs; raises InputError where nothing can move, or where two effects claim
     the same parameter.
     """
+    loose = frozenset(rotor(joint) for joint in driven)
     names = free_coordinates(robot, effects)
+    names -= {name for effect in effects for name in effect.held_fast(robot)} - loose
     free = np.array([index for index, name in enumerate(site.coordinates) if name in names], dtype=int)
     if not free.size:
         raise InputError(
@@ -283,7 +292,6 @@ def assemble(
             "add `kind: joint-compliance`",
         )
     by_effect = _terms(robot, site, effects)
-    loose = frozenset(rotor(joint) for joint in driven)
     every = [_let_go(term, site, loose) for terms in by_effect for term in terms]
     last = np.cumsum([len(terms) for terms in by_effect])
     pick = np.ix_(free, free)

@@ -47,8 +47,12 @@ class Beside:
 
 
 def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
-    """Every measurement beside a fitted model."""
-    return [_beside(target, score, points) for target in frf_targets(score.problem)]
+    """Every measurement of translations beside a fitted model."""
+    return [
+        _beside(target, score, points)
+        for target in frf_targets(score.problem)
+        if any(0 < abs(one.direction) <= 3 for one in target.data.outputs)
+    ]
 
 
 def _beside(target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Beside:

@@ -180,6 +180,10 @@ class Effect(BaseModel, ABC):
         """The coordinates that this effect lets move; none by default: it acts on those that others free."""
         return []
 
+    def held_fast(self, robot: Robot) -> list[str]:
+        """Those of its free coordinates, of rotors, that stand still but where their motor is driven."""
+        return []
+
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:
         """Where it sits, for the screen that looks at places before it knows what is missing there.
 

@@ -1,7 +1,7 @@
 """Motors behind gears: the common part of rotor inertia and servo loops.
 
 What holds a rotor, a controller or a brake, acts by the motor's torque: where that torque is an input, as
-logged, the rotor is free (`Term.holds`), and only its friction is left.
+logged, the rotor is free (`Term.holds`, `held_fast`), and only its friction is left.
 """
 
 from __future__ import annotations

@@ -27,9 +27,9 @@ class RotorInertia(Geared):
     coordinate (rigid gear, armature).
 
     With either, a rotor is a coordinate of its own, `joint2.rotor`: the angle of the gear output that the
-    rotor's turning produces, held to the parent link by the servo's or brake's stiffness, but where its
-    torque is an input; joint compliance about rz is then the gear's windup in series.  The rotor's gyroscopic
-    torques on its carrier are left out (order 1/n).
+    rotor's turning produces.  The servo's or brake's stiffness holds it to the parent link (without one it is
+    held fast), but where its torque is an input.  Joint compliance about rz is then the gear's windup in
+    series.  The rotor's gyroscopic torques on its carrier are left out (order 1/n).
     """
 
     kind: Literal["rotor-inertia"] = "rotor-inertia"
@@ -67,6 +67,10 @@ class RotorInertia(Geared):
     def free_coordinates(self, robot: Robot) -> list[str]:
         """The rotors' own coordinates, if they have any."""
         return self._coordinates(robot) if self._turns_by_itself else []
+
+    def held_fast(self, robot: Robot) -> list[str]:
+        """All, as by brakes, where nothing is said of what holds them."""
+        return [] if self.holding_stiffness else self.free_coordinates(robot)
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """Inertia per rotor, then friction per rotor, then holding stiffness and damping per rotor."""

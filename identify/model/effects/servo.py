@@ -139,7 +139,8 @@ class Servo(Geared):
             rows = np.array([site.vector(f"joint{number}.rotor"), site.vector(name)])
             blocks = [square * rows.T @ block @ rows for block in _blocks(*loop)]
             gained = parameter(f"{name}.velocity_gain", "N m s/rad", gain, values, key)
-            terms.append(Term(gained, *blocks, holds=f"joint{number}.rotor"))
+            stiffness, damping, mass = blocks
+            terms.append(Term(gained, stiffness, damping, mass, holds=f"joint{number}.rotor"))
         return rotors + self.friction_terms(robot, units, squares * (turning + own), where) + terms
 
 
