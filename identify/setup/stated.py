@@ -16,7 +16,7 @@ from identify.robot.description import Robot
 from identify.robot.points import Point, check_links
 from identify.robot.read import read_robot
 from identify.setup.edits import Change, OnLink, edited
-from identify.vibration.given import Given, along_links, given_of, in_band, posture_of, read_as_they_are
+from identify.vibration.given import Given, as_modelled, given_of, in_band, posture_of, read_as_they_are
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.problem import Problem, assembled
 from identify.vibration.study import MeasurementSettings, Study, StudyFile
@@ -95,7 +95,7 @@ class Stated:
             right = in_band(right.chosen(settings.outputs, settings.inputs, ""), self.study.band_hz, "")
             posture = posture_of(self.study, settings, self.robot, number)
             given = Given(f"{number}", settings, posture, right)
-            yield along_links(given, self.robot, self.points)
+            yield as_modelled(given, self.study.effects, self.robot, self.points)
 
 
 def stated(problem: Problem) -> Stated:

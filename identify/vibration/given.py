@@ -92,20 +92,20 @@ def read_given(
         raise InputErrors(errors)
     told = zip(settings, names, postures, chosen, strict=True)
     given = collect([partial(given_of, *one) for one in told])
-    given = collect([partial(_at_gear_outputs, one, file.study.effects, robot) for one in given])
-    return [along_links(one, robot, points) for one in given]
+    return collect([partial(as_modelled, one, file.study.effects, robot, points) for one in given])
 
 
-def _at_gear_outputs(given: Given, effects: Sequence[Effect], robot: Robot) -> Given:
-    """A measurement whose motors are told at the gear output."""
+def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: Mapping[int, Point]) -> Given:
+    """A measurement as the model has its channels: motors at the gear output, where the file tells them at
+    the shaft, and points along the links' axes, where it has them along the base's.
+    """
     if not isinstance(given.data, FrfSet):
         return given
     told = given.settings.motor_side, effects, robot, given.name
-    return replace(given, data=at_gear_outputs(given.data, *told))
+    return _along_links(replace(given, data=at_gear_outputs(given.data, *told)), robot, points)
 
 
-def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
-    """A measurement whose channels are along the links' axes, where its file has them along the base's."""
+def _along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
     if given.settings.correct.axes == "link" or not isinstance(given.data, FrfSet):
         return given
     engine, axes = Engine(at_posture(robot, given.posture)), dict[int, Array]()
