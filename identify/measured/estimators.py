@@ -194,9 +194,13 @@ def history_name(history: TimeHistory) -> str:
     return history.source or "time history"
 
 
-def hold(part: Array) -> Complex:
-    """(1 - e^-sT) / (sT) at frequencies over the sample rate (lines,): what holding a force from one sample
-    to the next, T later, makes of an FRF.
+def hold(part: Array, quantity: Quantity) -> Complex:
+    """What holding a force from one sample to the next, T later, makes of an FRF at frequencies over the
+    sample rate (lines,): (1 - e^-sT) / (sT), and of a receptance with the images about the sample rate that
+    an inertia alone has, which is what all drives are up there: (sT)^2 (z + 1) / (2 (z - 1)^2), z = e^sT.
     """
     st = 2j * np.pi * part
-    return np.asarray((1 - np.exp(-st)) / st)
+    z = np.exp(st)
+    if quantity == "receptance":
+        return np.asarray(st**2 * (z + 1) / (2 * (z - 1) ** 2))
+    return np.asarray((1 - 1 / z) / st)

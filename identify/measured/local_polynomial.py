@@ -11,8 +11,7 @@ ed., section 7.2).  Windows do not overlap, so that no two lines share noise.
 A controller feeds noise of the responses back into the torque, which biases Y / U.  Where what excited the
 loop was recorded, R, responses and torques are both told by it, and G = G_yr G_ur^-1 (section 7.2.7).
 
-A torque that is held between samples, as controllers command it, drives G through (1 - e^-sT) / (sT), which
-is taken out; what remains of the hold, images about the sample rate f_s, is of order (f / f_s)^2 of a speed.
+A torque that is held between samples, as controllers command it, is taken for what it is (`hold`).
 """
 
 from __future__ import annotations
@@ -73,7 +72,7 @@ def frf_local_polynomial(history: TimeHistory, order: int = 2, *, held: bool = F
     noise = pooled_variance(power, found.noise[:, :, None], freedom)
     rate = history.sample_rate_hz
     frequency = (half + 1 + (2 * half + 1) * np.flatnonzero(found.told)) * rate / samples
-    through = hold(frequency / rate) if held else np.ones(len(frequency))
+    through = hold(frequency / rate, quantity_of(history)) if held else np.ones(len(frequency))
     return FrfSet(
         frequency_hz=frequency,
         frf=found.frf / through[:, None, None],

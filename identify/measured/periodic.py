@@ -53,7 +53,7 @@ def frf_from_periods(history: TimeHistory, period_s: float, *, held: bool = Fals
     power = np.sum(np.abs(frf) ** 2, axis=2, keepdims=True)
     pooled = pooled_variance(power, noise[:, :, None], 2 * freedom)
     part = (1 + np.flatnonzero(excited)) / samples
-    through = (hold(part) if held else np.ones(len(part)))[:, None, None]
+    through = (hold(part, quantity_of(history)) if held else np.ones(len(part)))[:, None, None]
     return FrfSet(
         frequency_hz=part * history.sample_rate_hz,
         frf=frf / through,

@@ -44,7 +44,7 @@ def scored(test: motor_log.MotorTest) -> dict[str, Any]:
     """One arm: the gap, and of each true value the found one with its interval over it."""
     with tempfile.TemporaryDirectory() as folder:
         config = motor_log.study(Path(folder), test)
-        result = run_fit(config, Path(folder) / "out.h5")[0]
+        result = run_fit(config, Path(folder) / "out.h5", {})[0]
     table, truth = result.parameters, motor_log.truth(test)
     over = {
         name: [float(f"{value / truth[name]:.5g}") for value in row]
