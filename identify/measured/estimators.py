@@ -192,15 +192,3 @@ def quantity_of(history: TimeHistory) -> Quantity:
 def history_name(history: TimeHistory) -> str:
     """The history's name in errors."""
     return history.source or "time history"
-
-
-def hold(part: Array, quantity: Quantity) -> Complex:
-    """What holding a force from one sample to the next, T later, makes of an FRF at frequencies over the
-    sample rate (lines,): (1 - e^-sT) / (sT), and of a receptance with the images about the sample rate that
-    an inertia alone has, which is what all drives are up there: (sT)^2 (z + 1) / (2 (z - 1)^2), z = e^sT.
-    """
-    st = 2j * np.pi * part
-    z = np.exp(st)
-    if quantity == "receptance":
-        return np.asarray(st**2 * (z + 1) / (2 * (z - 1) ** 2))
-    return np.asarray((1 - 1 / z) / st)

@@ -10,8 +10,6 @@ ed., section 7.2).  Windows do not overlap, so that no two lines share noise.
 
 A controller feeds noise of the responses back into the torque, which biases Y / U.  Where what excited the
 loop was recorded, R, responses and torques are both told by it, and G = G_yr G_ur^-1 (section 7.2.7).
-
-A torque that is held between samples, as controllers command it, is taken for what it is (`hold`).
 """
 
 from __future__ import annotations
@@ -22,7 +20,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
-from identify.measured.estimators import history_name, hold, quantity_of
+from identify.measured.estimators import history_name, quantity_of
 from identify.measured.frf_set import FrfSet
 from identify.measured.noise import pooled_variance
 from identify.measured.time_history import TimeHistory
@@ -48,9 +46,8 @@ class _Window:
     share: Array
 
 
-def frf_local_polynomial(history: TimeHistory, order: int = 2, *, held: bool = False) -> FrfSet:
-    """FRFs with their noise, a line per window; blocks are records of the same thing.  held: forces are
-    constant from sample to sample.
+def frf_local_polynomial(history: TimeHistory, order: int = 2) -> FrfSet:
+    """FRFs with their noise, a line per window; blocks are records of the same thing.
 
     InputError where there is no force or no response, another number of references than of forces, records
     that are too short, or forces that are alike.
@@ -72,14 +69,13 @@ def frf_local_polynomial(history: TimeHistory, order: int = 2, *, held: bool = F
     noise = pooled_variance(power, found.noise[:, :, None], freedom)
     rate = history.sample_rate_hz
     frequency = (half + 1 + (2 * half + 1) * np.flatnonzero(found.told)) * rate / samples
-    through = hold(frequency / rate, quantity_of(history)) if held else np.ones(len(frequency))
     return FrfSet(
         frequency_hz=frequency,
-        frf=found.frf / through[:, None, None],
+        frf=found.frf,
         outputs=tuple(history.channels[i] for i in responses),
         inputs=tuple(history.channels[i] for i in forces),
         quantity=quantity_of(history),
-        noise=np.sqrt(noise * found.share[:, None] / 2) / np.abs(through)[:, None, None],
+        noise=np.sqrt(noise * found.share[:, None] / 2),
         source=history.source,
         sha256=history.sha256,
     )

@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
-from identify.measured.estimators import history_name, hold, quantity_of
+from identify.measured.estimators import history_name, quantity_of
 from identify.measured.frf_set import FrfSet
 from identify.measured.noise import pooled_variance
 from identify.measured.time_history import TimeHistory
@@ -24,9 +24,9 @@ _REPEATS, _SILENT = 20.0, 1e-10
 once in some hundred million; power beside that of the strongest line below which it is rounding."""
 
 
-def frf_from_periods(history: TimeHistory, period_s: float, *, held: bool = False) -> FrfSet:
+def frf_from_periods(history: TimeHistory, period_s: float) -> FrfSet:
     """FRFs at the harmonics that the forces excite, with their noise; blocks are records of the same thing,
-    as many as inputs or more.  held: forces are constant from sample to sample.
+    as many as inputs or more.
 
     InputError where there is no force, no response, fewer blocks than inputs or than three periods in each,
     a period that is no whole number of samples, or no harmonic that every force repeats.
@@ -52,15 +52,13 @@ def frf_from_periods(history: TimeHistory, period_s: float, *, held: bool = Fals
     share = np.sum(np.abs(back) ** 2, axis=2)
     power = np.sum(np.abs(frf) ** 2, axis=2, keepdims=True)
     pooled = pooled_variance(power, noise[:, :, None], 2 * freedom)
-    part = (1 + np.flatnonzero(excited)) / samples
-    through = (hold(part, quantity_of(history)) if held else np.ones(len(part)))[:, None, None]
     return FrfSet(
-        frequency_hz=part * history.sample_rate_hz,
-        frf=frf / through,
+        frequency_hz=(1 + np.flatnonzero(excited)) * history.sample_rate_hz / samples,
+        frf=frf,
         outputs=tuple(history.channels[i] for i in responses),
         inputs=tuple(history.channels[i] for i in forces),
         quantity=quantity_of(history),
-        noise=np.sqrt(pooled * share[:, None] / 2) / np.abs(through),
+        noise=np.sqrt(pooled * share[:, None] / 2),
         source=history.source,
         sha256=history.sha256,
     )

@@ -16,6 +16,7 @@ from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
+from identify.measured.held import unheld
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import in_blocks, read_log
@@ -107,8 +108,10 @@ def read_source(
     if estimation is not None and estimation.excitation == "broadband":
         history = in_blocks([read_history(_single(path), options, estimation) for path in paths])
         if estimation.period_s is not None:
-            return frf_from_periods(history, estimation.period_s, held=estimation.held)
-        return frf_local_polynomial(history, estimation.order, held=estimation.held)
+            found = frf_from_periods(history, estimation.period_s)
+        else:
+            found = frf_local_polynomial(history, estimation.order)
+        return unheld(found, history.sample_rate_hz) if estimation.held else found
     if len(paths) == 1:
         return _read_one(paths[0], options, estimation)
     sets = [_read_one(path, options, estimation) for path in paths]
