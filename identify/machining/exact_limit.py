@@ -33,13 +33,15 @@ class ExactLimit:
     """A depth, m, a frequency, Hz, and what they follow: lines_hz (r,), of any sign; slope (r, 3, 3), so that
     a small change dH (r, 3, 3) of the tip's receptance changes the depth by Re sum(slope dH).
 
-    remainder: by what part the depth moved when the number of harmonics was doubled.
+    strongest_hz: the harmonic at which the tip moves most, which is heard; remainder: by what part the depth
+    moved when the number of harmonics was doubled.
     """
 
     depth: float
     chatter_hz: float
     lines_hz: Array
     slope: Complex
+    strongest_hz: float
     remainder: float
 
 
@@ -55,9 +57,9 @@ class Loop:
     orders: Index
     delayed: bool = True
 
-    def nearest(self, hz: float, depth: float) -> tuple[complex, Complex, Complex]:
-        """The eigenvalue mu nearest to 1, its left vector times the depth (r, 3), and W v (r, 3), delays
-        and all.
+    def nearest(self, hz: float, depth: float) -> tuple[complex, Complex, Complex, Complex]:
+        """The eigenvalue mu nearest to 1, its left vector times the depth (r, 3), W v (r, 3), delays and
+        all, and v (r, used).
         """
         factors, used = self._factors(hz, depth)
         tip = self.tip(self.lines(hz))
@@ -69,7 +71,7 @@ class Loop:
         pushed = (factors.reshape(3 * count, -1) @ vectors[:, at]).reshape(count, 3)
         whole = np.zeros((count, 3), dtype=complex)
         whole[:, used] = depth * left.reshape(count, kept)
-        return complex(values[at]), whole, pushed
+        return complex(values[at]), whole, pushed, vectors[:, at].reshape(count, kept)
 
     def lines(self, hz: float) -> Array:
         """(r,), Hz."""
@@ -78,7 +80,8 @@ class Loop:
     @cached_property
     def _harmonics(self) -> Complex:
         """W_{p-r} (r, r, 3, 3)."""
-        return self.cut.harmonics(self.orders[:, None] - self.orders)
+        apart = self.orders[:, None] - self.orders
+        return np.asarray(self.cut.harmonics(np.arange(apart.min(), apart.max() + 1))[apart - apart.min()])
 
     def _factors(self, hz: float, depth: float) -> tuple[Complex, Index]:
         """The same with helix and delays (r, 3, r, used), and the axes along which chips are cut."""
@@ -112,11 +115,13 @@ class Loop:
 
     def _found(self, at: Array, unit: Array) -> ExactLimit:
         hz, depth = map(float, at)
-        _, left, pushed = self.nearest(hz, depth)
+        _, left, pushed, moves = self.nearest(hz, depth)
         slopes = self._slopes(at, unit)
         back = -np.linalg.pinv(slopes, rcond=1e-14)[1] * unit[1]  # of Re and Im of a change of mu
         slope = (back[0] - 1j * back[1]) * left[:, :, None] * pushed[:, None, :]
-        return ExactLimit(depth, abs(hz), self.lines(hz), slope, 0.0)
+        lines = self.lines(hz)
+        strongest = abs(float(lines[np.argmax(np.linalg.norm(moves, axis=1))]))
+        return ExactLimit(depth, abs(hz), lines, slope, strongest, 0.0)
 
 
 def _parts(value: complex) -> Array:
@@ -152,7 +157,7 @@ def _loops(cut: Engagement, tip: Receptance, highest_hz: float, rpm: float) -> t
     There are as many above half of the tooth frequency as below: there the eigenvalues of a flip are real.
     """
     base_hz = cut.repeats * rpm / 60
-    most = int(np.ceil(highest_hz / base_hz)) + 3
+    most = int(np.ceil(highest_hz / base_hz)) + 3 * cut.teeth // cut.repeats
     few, many = (Loop(cut, tip, base_hz, np.arange(-n - 1, n + 1)) for n in (most, 2 * most))
     return few, many
 

@@ -94,12 +94,14 @@ def uneven_crossings(
     """`crossings` (speeds, count) of teeth that are so far, rad, from the one before; inverse (lines,
     branches).
     """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        eigenvalues = np.nan_to_num(1 / inverse).T  # none where the tip is rigid
     depth, at = np.full((len(rpm), count), np.inf), np.full((len(rpm), count), np.nan)
     for row, turn_s in enumerate(60.0 / rpm):
         waves = line_hz[-1] * turn_s * max(pitches) / (2 * np.pi)
         fine = np.union1d(line_hz, np.linspace(line_hz[0], line_hz[-1], int(_PER_WAVE * waves) + 2))
         late = 1 - np.mean(np.exp(-1j * np.outer(fine * turn_s, pitches)), axis=1)
-        values = np.array([late * np.interp(fine, line_hz, 1 / one) for one in inverse.T]).T
+        values = np.array([late * np.interp(fine, line_hz, one) for one in eigenvalues]).T
         before, after = values[:-1], values[1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             part = before.imag / (before.imag - after.imag)

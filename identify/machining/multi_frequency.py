@@ -42,8 +42,8 @@ def multi_frequency(
     for speed in rpm:
         check()
         tooth_hz = cut.repeats * speed / 60
-        most = _MOST_HARMONICS * cut.teeth // cut.repeats
-        harmonics = int(np.clip(np.ceil(highest_hz / tooth_hz) + 3, 3, most))
+        least, most = (count * cut.teeth // cut.repeats for count in (3, _MOST_HARMONICS))
+        harmonics = int(np.clip(np.ceil(highest_hz / tooth_hz) + least, least, most))
         lines = _folded(line_hz, tooth_hz, harmonics)
         orders = np.arange(-harmonics, harmonics + 1)
         values = _eigenvalues(cut, receptance, lines, tooth_hz, orders)

@@ -70,7 +70,7 @@ def limits(on: Cutting, found: Limits) -> tuple[DepthLimits, LimitChecks]:
     structure, cut, most = on.in_time, on.cut, on.tool.max_depth_mm / 1e3
     rpm, zeroth = on.rpm, found.depth[:, 0]
     highest = _highest_hz(on, found)
-    some = slice(None, None, _EVERY)
+    some = slice(None, None, _EVERY * (3 if cut.pitches else 1))
     several = _several(on, cut, highest, rpm[some] if structure or cut.pitches else rpm)
     compared = LimitChecks(rpm[some], zeroth[some], several.depth, None)
     if cut.pitches:
@@ -94,20 +94,22 @@ def _exact(on: Cutting, highest: float, number: int, first: Limits, found: Limit
     depth, hz, rpm = float(first.depth[number]), float(first.chatter_hz[number]), on.rpm[number]
     if not np.isfinite(depth):
         return [np.inf, np.inf, np.inf, np.nan]
-    exact = exact_limit(on.cut, on.tip, highest, rpm, (depth, hz))
+    uneven = bool(on.cut.pitches)  # whose harmonics are many enough as they are
+    exact = exact_limit(on.cut, on.tip, highest, rpm, (depth, hz), quick=uneven)
     if exact is None:
         return [depth, *(depth * part for part in UNKNOWN), hz]
     others = [
-        exact_limit(on.cut, on.tip, highest, rpm, (float(near), float(at)))
+        exact_limit(on.cut, on.tip, highest, rpm, (float(near), float(at)), quick=uneven)
         for near, at in zip(found.depth[number], found.chatter_hz[number], strict=True)
         if near < _BESIDE * exact.depth
     ]
-    if on.cut.pitches:  # nothing has looked for the least of them yet
+    if uneven:  # nothing has looked for the least of them yet
         exact = min([exact, *filter(None, others)], key=lambda one: one.depth)
     # a crossing below the least limit would be one that semi-discretisation has seen
     after = [one for one in others if one is not None and one.depth > (1 + _SAME) * exact.depth]
     low, high = relative_band([exact, *after], on.uncertain, on.coefficients, on.draws)
-    return [exact.depth, exact.depth * low, exact.depth * high, exact.chatter_hz]
+    heard = exact.strongest_hz if on.in_time is None or uneven else exact.chatter_hz
+    return [exact.depth, exact.depth * low, exact.depth * high, heard]
 
 
 def _highest_hz(on: Cutting, found: Limits) -> float:
