@@ -101,6 +101,9 @@ def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: M
     """
     if not isinstance(given.data, FrfSet):
         return given
+    if given.settings.motor_torque == "added" and not any(one.motor for one in given.inputs):
+        where = f"{given.name} motor_torque"
+        raise InputError(where, "no motor among the forces", "joint2:motor", "leave the key out")
     told = given.settings.motor_side, effects, robot, given.name
     return _along_links(replace(given, data=at_gear_outputs(given.data, *told)), robot, points)
 
