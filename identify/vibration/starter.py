@@ -35,7 +35,8 @@ name: {{ name }}                     # names the result file in reports/
 robot: { {{- robot_key }}: {{ robot }}{{ robot_keys }}}
     # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
 {{ from_ground -}}
-{{ "# " if motors and not nodes else "" }}points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
+{{ no_points -}}
+points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
 measurements:
 {%- for m in measurements %}
   - {{ m.key }}: {{ m.file }}{{ m.comment }}
@@ -134,7 +135,7 @@ def write_starter(
         last_link=described.links[-1].name,
         points=relative(points, folder),
         motors=sorted({-node for node in nodes if node < 0}),
-        nodes=[node for node in nodes if node > 0],
+        no_points="# " if nodes and max(nodes) < 0 else "",
         measurements=entries,
         posture=list(posture),
         zeros=[0.0] * len(described.joints),
