@@ -20,6 +20,7 @@ from identify.measured.frf_set import FrfSet
 from identify.results.fit import FitResult
 from identify.vibration.check import run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.intervals import intervals
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
@@ -49,15 +50,16 @@ def _drive(held: float = 0.0) -> np.ndarray:
     return np.linalg.inv(np.moveaxis(z, -1, 0))
 
 
-def _file(path: Path, frf: np.ndarray, outputs: list[Channel], inputs: list[Channel], power: int = 1) -> None:
-    """With noise of a hundredth of each FRF, known by coherence."""
+def _file(
+    path: Path, frf: np.ndarray, outputs: list[Channel], inputs: list[Channel], share: float = NOISE
+) -> None:
+    """Mobilities with noise of that share of each FRF, known by coherence."""
     rng = np.random.default_rng(zlib.crc32(path.name.encode()))
-    frf = frf * ((2j * np.pi * HZ) ** power)[:, None, None]
-    noise = NOISE / np.sqrt(2) * np.abs(frf)
+    frf = frf * (2j * np.pi * HZ)[:, None, None]
+    noise = share / np.sqrt(2) * np.abs(frf)
     noisy = frf + noise * (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape))
-    coherence = np.full(frf.shape, 1 / (1 + 15 * NOISE**2))
-    quantity: Any = ("receptance", "mobility", "accelerance")[power]
-    write_frf(path, FrfSet(HZ, noisy, tuple(outputs), tuple(inputs), quantity, coherence, averages=16))
+    coherence = np.full(frf.shape, 1 / (1 + 15 * share**2))
+    write_frf(path, FrfSet(HZ, noisy, tuple(outputs), tuple(inputs), "mobility", coherence, averages=16))
 
 
 ROTORS = {
@@ -184,6 +186,18 @@ def test_a_drive_is_found_without_a_hammer(tmp_path: Path) -> None:
     assert all(_held(result, TRUE))
     half = (result.parameters.high_95 - result.parameters.low_95) / 2 / result.parameters.value
     assert np.all(half < 0.1)
+
+
+def test_intervals_are_no_wider_where_one_log_tells_most(tmp_path: Path) -> None:
+    """Nobody holds a motor askew: that one of six logs alone is precise is no disagreement between them."""
+    for number in range(6):
+        share = 0.1 if number else 0.003
+        _file(tmp_path / f"{number}.csv", _drive()[:, :1, :1], [MOTOR], [MOTOR], share)
+    path = _study(tmp_path, [{"file": f"{number}.csv"} for number in range(6)])
+    problem = load_problem(read_study(path))
+    table = _fitted(path).parameters
+    found = intervals(problem, problem.at(dict(zip(table.name, table.value, strict=True))))
+    assert np.all(found.std < 1.5 * found.independent_std)
 
 
 @pytest.mark.parametrize("sides", [["torque", "motion"], ["torque"]])
