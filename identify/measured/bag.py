@@ -86,12 +86,19 @@ def _signal(name: str, series: list[Any], times: Array) -> Array:
         return np.array([row[_place(name, joint, one, row)] for row, one in zip(values, series, strict=True)])
     if len({row.size for row in values}) > 1 or not values[0].size:
         raise Refused(name, "messages with different numbers of values, or none")
+    if len({_names(message) for message in series}) > 1:
+        raise Refused(name, f"joints whose order changes: name one, {name}:{_names(series[0])[0]}")
     return np.array(values)
 
 
 def _place(name: str, joint: str, message: Any, row: Array) -> int:
     """Where a joint stands in a message's values."""
-    found = next((list(getattr(message, key)) for key in _FIELDS_OF_NAMES if hasattr(message, key)), [])
+    found = _names(message)
     if joint not in found or found.index(joint) >= len(row):
         raise Refused(name, f"no value of joint {joint!r}; the message has {', '.join(found) or 'no names'}")
-    return int(found.index(joint))
+    return found.index(joint)
+
+
+def _names(message: Any) -> tuple[str, ...]:
+    """Of the joints in a message, if it has any."""
+    return next((tuple(getattr(message, key)) for key in _FIELDS_OF_NAMES if hasattr(message, key)), ())

@@ -275,6 +275,7 @@ def test_what_a_bag_does_not_have_is_said(tmp_path: Path, monkeypatch: pytest.Mo
     for name, said in (
         ("/joint_state:effort:elbow", r"no such topic; the bag has /excitation .*, /joint_states"),
         ("/joint_states:torque:elbow", "no field 'torque'; a message has .*effort"),
+        ("/joint_states:effort", "joints whose order changes: name one, /joint_states:effort:shoulder"),
         ("/joint_states:effort:wrist", "no value of joint 'wrist'; the message has shoulder, elbow"),
     ):
         with pytest.raises(InputError, match=said):
