@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.machining.exact_limit import ExactLimit, exact_limit
 from identify.machining.materials import Coefficients
 from identify.machining.run import run_stability
+from identify.machining.tip_modes import tip_modes
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58
@@ -128,6 +132,31 @@ def test_modes_of_the_tip_give_its_limits(tmp_path: Path) -> None:
     assert "that of the modes in the file" in " ".join(result.notes)
     assert np.mean(np.abs(off) < 1.96) > 0.7
     assert 0.3 < np.sqrt(np.mean(np.square(off))) < 1.7
+
+
+def test_poles_move_a_tip_as_differences_say() -> None:
+    """A frequency by its standard deviation alone, then a damping."""
+    told = {"frequency_hz": [603.0, 850.0], "damping_ratio": [0.04, 0.03]}
+    spread = {"frequency_std_hz": [0.02, 0.01], "damping_std": [1e-5, 2e-5]}
+    modes: Any = SimpleNamespace(**{key: np.array(value) for key, value in {**told, **spread}.items()})
+    s = 2j * np.pi * LINES
+    known = tip_modes(modes, LINES, s, 0, MILL.receptance(LINES), np.zeros((3, 3)))
+    changes = known.shared(LINES)
+    for number in range(4):
+        mode, what = number % 2, number // 2
+        moved = replace(known, poles=known.poles + known.moved[number] * np.eye(2)[mode])
+        assert changes[..., number] == pytest.approx(
+            moved.receptance(LINES) - known.receptance(LINES), rel=1e-2, abs=1e-4 * np.abs(changes).max()
+        )
+        pole = moved.poles[mode]
+        if what == 0:
+            assert np.abs(pole) / (2 * np.pi) - told["frequency_hz"][mode] == pytest.approx(
+                spread["frequency_std_hz"][mode], rel=1e-4
+            )
+        else:
+            assert -pole.real / np.abs(pole) - told["damping_ratio"][mode] == pytest.approx(
+                spread["damping_std"][mode], rel=1e-2
+            )
 
 
 def test_the_command_writes_a_page_without_a_robot(clean: Path, tmp_path: Path) -> None:

@@ -97,6 +97,8 @@ def test_the_reference_takes_the_bias_of_a_loop_away() -> None:
     assert right.inputs == (MOTOR,)
     off = _scores(right, (2.0, 60.0))
     assert np.sqrt(np.mean(np.abs(off) ** 2)) == pytest.approx(1, abs=0.2)
+    below = _scores(right, (1.0, 10.0))
+    assert np.sqrt(np.mean(np.abs(below) ** 2)) == pytest.approx(1, abs=0.4), "where the loop is strong"
     plain = frf_local_polynomial(_history(data[:2], channels[:2], units[:2]))
     assert np.sqrt(np.mean(np.abs(_scores(plain, (2.0, 60.0))) ** 2)) > 1.7
 

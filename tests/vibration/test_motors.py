@@ -205,7 +205,9 @@ def test_values_of_the_shaft_are_told_by_the_gear_ratio(tmp_path: Path, sides: l
     """100 turns: an angle of the shaft is 100 times as large, a torque a hundredth."""
     factor = 100.0 ** len(sides)
     entry = {"file": _motor(tmp_path, side=factor), "motor_side": sides}
-    assert all(_held(_fitted(_study(tmp_path, [entry])), TRUE))
+    result = _fitted(_study(tmp_path, [entry]))
+    assert all(_held(result, TRUE))
+    assert result.gap == pytest.approx(1, abs=0.2)
     wrong = load_problem(read_study(_study(tmp_path, [{"file": "motor.csv"}])))
     assert np.abs(wrong.targets().frf[0].measured[:, 0] / _drive()[:, 0, 0]).min() > 50
 
