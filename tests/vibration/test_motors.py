@@ -11,16 +11,21 @@ import numpy as np
 import pytest
 import yaml
 
+import identify
 from identify.core.errors import InputError, InputErrors
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
 from identify.measured.channel import Channel
 from identify.measured.delimited import write_frf
 from identify.measured.frf_set import FrfSet
+from identify.measured.modal_tables import read_modal_table
+from identify.measured.uff.shapes import read_shapes
 from identify.results.fit import FitResult
 from identify.vibration.check import run_checks
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.fitted_model import fitted_model
 from identify.vibration.intervals import intervals
+from identify.vibration.misfit import misfit
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
@@ -274,6 +279,25 @@ def test_what_a_motor_needs_is_said(
     path = _study(tmp_path, [{"file": _motor(tmp_path), **entry}], rotor)
     with pytest.raises((InputError, InputErrors), match=said):
         load_problem(read_study(path))
+
+
+def test_other_commands_take_a_fit_of_motors(tmp_path: Path) -> None:
+    """What is made of it afterwards: a misfit with the rotor free, and universal files of points alone."""
+    arm = [Channel(1, 2)]
+    driven = np.stack([_drive()[:, 0, 0], ARM_M * _drive()[:, 1, 0]], axis=1)
+    _file(tmp_path / "motor.csv", driven[:, :, None], [MOTOR, *arm], [MOTOR])
+    path = _study(tmp_path, [{"file": "motor.csv"}])
+    result = _fitted(path)
+    model = fitted_model(result, "out.h5")
+    assert model.driven == {"motor": frozenset({1})}
+    assert np.all(misfit(result, model) < 0.01)
+    assert len(model.system(np.zeros(1)).coordinates) == 1, "as by a brake"
+    written = identify.export_model(tmp_path / "out.h5", to="uff")
+    assert [file.name for file in written] == ["out_motor.uff"]
+    identify.modes(tmp_path / "motor.csv", out=tmp_path / "modes.h5", averages=16)
+    table = read_modal_table(tmp_path / "modes.yaml", None)
+    assert MOTOR in table.channels
+    assert {one.node for one in read_shapes(tmp_path / "modes.uff").channels} == {1}
 
 
 @pytest.mark.parametrize("entry", [{"motor_side": ["torque"]}, {"motor_torque": "added"}])
