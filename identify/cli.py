@@ -215,9 +215,13 @@ def map_(
 @app.command()
 @takes_options
 def stability(
-    model: Annotated[Path, typer.Argument(help="result file of a fit")], options: StabilityOptions
+    model: Annotated[
+        Path,
+        typer.Argument(help="result file of a fit; or FRFs of the tool's tip, or a result of their modes"),
+    ],
+    options: StabilityOptions,
 ) -> None:
-    """How deep a fitted robot may cut: chatter limits over the spindle speed, with intervals.
+    """How deep a fitted robot, or a tip that was tapped, may cut: chatter limits over the spindle speed.
 
     From the receptances of the tool's tip, all nine, by three methods; and the limit of mode coupling.
     """

@@ -171,6 +171,7 @@ NOT_VARIED = {
     "robot.mounted_rpy_deg": "another way to say gravity: tests/robot/test_read.py",
     "robot.mass_kg": "only compared: tests/robot/test_plausible.py",
     "measurements.estimate": _ELSEWHERE + "tests/test_time_histories.py",
+    "measurements.motor_": "needs motors: tests/vibration/test_motors.py",
     "measurements.impact": _ELSEWHERE + "tests/model/effects/test_nonlinear.py",
     "uncertainty.impacts.strength": _ELSEWHERE + "tests/vibration/costs",
     "uncertainty.impacts.duration": _ELSEWHERE + "tests/vibration/costs",

@@ -172,8 +172,9 @@ def map_postures(
 
 
 def stability(model: _Path | Result, tool: _Path, *, report: bool = False, **options: Any) -> Result:
-    """Depth limits of a cut on a fitted model; model: a result file or what `fit` returned; tool: its YAML
-    file; options: those of `identify stability` by name, such as posture="0,30,-60,0,45,0".
+    """Depth limits of a cut on a fitted model, or on a tip by its FRFs or their modes; model: a result file,
+    what `fit` or `modes` returned, or a file of FRFs; tool: its YAML file; options: those of `identify
+    stability` by name, such as posture="0,30,-60,0,45,0".
     """
     wanted = StabilityOptions(tool=Path(tool), **_paths(options))
     return _reported(run_stability(_model(model), wanted), report)
@@ -340,11 +341,19 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
 def run_stability(model: Path, options: StabilityOptions, quiet: bool = True) -> Result:
     """What `identify stability` does."""
     from identify.machining.run import run_stability as limited
+    from identify.measured.frf_records import FrfFileOptions
     from identify.reports.shown import working
 
-    how = {"speeds": options.speeds, "draws": options.draws}
     with working(quiet, "finding depth limits"):
-        result, written = limited(model, options.tool, options.out, options.posture, **how)
+        result, written = limited(
+            model,
+            options.tool,
+            options.out,
+            options.posture,
+            speeds=options.speeds,
+            draws=options.draws,
+            options=FrfFileOptions(unit=options.unit, averages=options.averages),
+        )
     return Result(result, tuple(written))
 
 

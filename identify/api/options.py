@@ -437,6 +437,12 @@ class StabilityOptions:
     posture: Posture = None
     speeds: Annotated[int, typer.Option(min=2, help="spindle speeds over the tool's range")] = 61
     draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 2000
+    unit: Annotated[
+        str | None, typer.Option(help="unit of FRFs of the tip, such as m/s^2/N, where the file has none")
+    ] = None
+    averages: Annotated[
+        int | None, typer.Option(min=2, help="averages behind these FRFs, for their noise by coherence")
+    ] = None
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_stability.h5")] = None
     report: Report = True
     quiet: Quiet = False

@@ -122,7 +122,8 @@ def in_words(found: list[Part], gap: float) -> str:
 def channel_name(points: dict[int, Point], channel: object) -> str:
     """A channel with the name of its point instead of its node number."""
     node, axis = str(channel).split(":")
-    return f"{points[int(node)].name if int(node) in points else node}:{axis}"
+    known = node.isdigit() and int(node) in points
+    return f"{points[int(node)].name if known else node}:{axis}"
 
 
 def _targets(problem: Problem) -> list[FrfTarget]:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.measured.channel import Channel
 from identify.model.effects.base import Effect
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
 from identify.results.discovery import MarkTable
@@ -46,7 +47,11 @@ def _of(problem: Problem, engine: Engine, place: Place) -> Iterator[tuple[Array,
         point = problem.points[place.node]
         yield engine.position(point.link, point.position), _NOWHERE
     elif isinstance(place, Column) and place.channel:
-        point = problem.points[int(place.channel.split(":")[0])]
+        struck = Channel.parse(place.channel)
+        if struck.motor is not None:
+            yield from _of_coordinate(engine, f"joint{struck.motor}", "rz")
+            return
+        point = problem.points[struck.node]
         yield engine.position(point.link, point.position), _NOWHERE
 
 

@@ -4,7 +4,7 @@ shapes with modal A (55) on their geometry (2411, 2412, 2420).
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import ClassVar, cast
@@ -12,7 +12,7 @@ from typing import ClassVar, cast
 import numpy as np
 
 from identify.core import atomic
-from identify.core.arrays import Array, Complex, Texts
+from identify.core.arrays import Array, Complex
 from identify.export.base import Exported, Format, Job
 from identify.export.linear import LinearModel, lines_of
 from identify.measured.channel import Channel
@@ -52,9 +52,13 @@ class UniversalFiles(Format):
             frfs = FrfSet(line_hz, model.receptance(line_hz), model.channels, model.channels, "receptance")
             _write(fitted, frfs)
             return Exported([shapes, fitted], (*model.notes, *_no_measurement(at)))
-        _write(fitted, _frf_set(at.frf, at.frf.fitted))
-        _write(measured, _frf_set(at.frf, at.frf.measured))
-        return Exported([shapes, fitted, measured], (*model.notes, *_window(at.frf)))
+        kept = [pair for pair in range(len(at.frf.output)) if not _of_motor(at.frf, pair)]
+        said = (*model.notes, *_window(at.frf), *_motors(len(at.frf.output) - len(kept)))
+        if not kept:
+            return Exported([shapes], said)
+        _write(fitted, _frf_set(at.frf, at.frf.fitted, kept))
+        _write(measured, _frf_set(at.frf, at.frf.measured, kept))
+        return Exported([shapes, fitted, measured], said)
 
 
 def mode_table(model: LinearModel) -> ModalTable:
@@ -89,13 +93,25 @@ def _measurement(model: LinearModel) -> MeasurementResult | None:
     return next(iter([*named, *at]), None)
 
 
-def _frf_set(compared: FrfComparison, values: Complex) -> FrfSet:
-    """Pairs as they were compared as a set; NaN where a pair was not measured."""
-    outputs, inputs = _channels(compared.output), _channels(compared.input)
+def _of_motor(compared: FrfComparison, pair: int) -> bool:
+    """Whether it has a motor at either end."""
+    return any(Channel.parse(texts[pair]).motor for texts in (compared.output, compared.input))
+
+
+def _motors(count: int) -> Iterable[str]:
+    if count:
+        yield f"FRFs of motors are left out ({count}): the format has points alone"
+
+
+def _frf_set(compared: FrfComparison, values: Complex, kept: Sequence[int]) -> FrfSet:
+    """Pairs as they were compared as a set, those that are kept; NaN where a pair was not measured."""
+    outputs = _channels([compared.output[pair] for pair in kept])
+    inputs = _channels([compared.input[pair] for pair in kept])
     frf = np.full((len(compared.frequency_hz), len(outputs), len(inputs)), np.nan, dtype=complex)
     coherence = None if compared.coherence is None else np.full(frf.shape, np.nan)
-    for pair, (output, force) in enumerate(zip(compared.output, compared.input, strict=True)):
-        at = outputs.index(Channel.parse(output)), inputs.index(Channel.parse(force))
+    for pair in kept:
+        output, force = Channel.parse(compared.output[pair]), Channel.parse(compared.input[pair])
+        at = outputs.index(output), inputs.index(force)
         frf[:, at[0], at[1]] = values[:, pair]
         if coherence is not None and values is compared.measured:
             coherence[:, at[0], at[1]] = cast(Array, compared.coherence)[:, pair]
@@ -110,7 +126,7 @@ def _frf_set(compared: FrfComparison, values: Complex) -> FrfSet:
     )
 
 
-def _channels(texts: Texts) -> tuple[Channel, ...]:
+def _channels(texts: Sequence[str]) -> tuple[Channel, ...]:
     return tuple(dict.fromkeys(Channel.parse(text) for text in texts))
 
 

@@ -14,14 +14,14 @@ import numpy as np
 
 from identify.core.thresholds import PERCENTILES_95
 from identify.machining.exact_limit import ExactLimit
-from identify.machining.uncertain import UncertainTip
+from identify.machining.mounted import Uncertain
 
 _SEED = 1
 UNKNOWN = (0.0, np.inf)
 
 
 def relative_band(
-    crossings: Sequence[ExactLimit], tip: UncertainTip, coefficients: float, draws: int
+    crossings: Sequence[ExactLimit], tip: Uncertain, coefficients: float, draws: int
 ) -> tuple[float, float]:
     """95 % limits of the least of crossings, over the least of them; 0 and infinity without any.
 

@@ -6,8 +6,8 @@ With receptances H of what was measured hanging free, at the tip t and the flang
 
 over displacements and, where the file has them, rotations of the flange; without these, spindle and arm are
 held together as by a ball joint.  A small change dR of the arm changes G_tt by L dR L'', L = H_tf (H_ff +
-R)^-1 and L'' = (H_ff + R)^-1 H_ft.  Between its lines the accelerance is taken as straight, above them as
-constant, as of a mass; below the lowest line G_tt is what it is there.
+R)^-1 and L'' = (H_ff + R)^-1 H_ft.  Between its lines and above them: `tip_lines`; below the lowest line G_tt
+is what it is there.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.machining.structure import conjugated
+from identify.machining.tip_lines import between
 from identify.machining.tool import Coupling
 from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER, FrfSet
@@ -50,13 +51,7 @@ class Substructure:
         k): R, m/N, along the rows of turn (3, 3), the axes in which all is wanted.
         """
         both = np.kron(np.eye(1 + self.degrees // 3), turn)
-        size = len(both)
-        parts = [
-            np.interp(line_hz, self.line_hz, part.ravel()).reshape(-1)
-            for part in np.moveaxis(self.accelerance, 0, -1).reshape(size * size, -1)
-        ]
-        free = np.array(parts).T.reshape(-1, size, size) / (2j * np.pi * line_hz[:, None, None]) ** 2
-        free = both @ free @ both.T
+        free = both @ between(line_hz, self.line_hz, self.accelerance) @ both.T
         inner = free[:, 3:, 3:] + arm
         right = np.linalg.solve(inner, free[:, 3:, :3])
         left = np.swapaxes(

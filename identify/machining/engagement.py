@@ -8,6 +8,8 @@ chip of thickness h = n . (r(t) - r(t - T)), and is pushed by a K h per tooth, a
         + Ka (-cos k sin phi, -cos k cos phi, -sin k)
 
 with the lead angle k, 90 degrees for an end mill (Altintas 2001, J. Manuf. Sci. Eng. 123, Eqs. 1 to 6).
+Teeth at uneven angles (variable pitch) cut what the tooth before left as long ago as its own pitch takes, and
+the cut repeats with the turn, not with the tooth (Altintas, Engin and Budak 1999, J. Manuf. Sci. Eng. 121).
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ _SLICES = 8
 @dataclass(frozen=True)
 class Engagement:
     """Teeth in a cut: how many, entry and exit angle, rad, lead angle, rad, coefficients, and the helix as
-    its lag angle per metre of depth, rad/m.
+    its lag angle per metre of depth, rad/m; pitches (teeth,), rad, from each tooth to the one before it,
+    where they are not all alike.
     """
 
     teeth: int
@@ -37,6 +40,12 @@ class Engagement:
     lead: float
     cutting: Coefficients
     lag_per_m: float = 0.0
+    pitches: tuple[float, ...] = ()
+
+    @property
+    def repeats(self) -> int:
+        """How often the cut repeats in a turn."""
+        return 1 if self.pitches else self.teeth
 
     @property
     def pitch(self) -> float:
@@ -77,8 +86,8 @@ class Engagement:
         return np.asarray(whole * self.teeth / (2 * np.pi))
 
     def harmonic(self, number: int) -> Complex:
-        """(3, 3), N/m^2: Fourier coefficient of all teeth over a tooth period, of that number, without
-        helix.
+        """(3, 3), N/m^2: Fourier coefficient of all teeth over the time in which the cut repeats, of that
+        number, without helix; of uneven teeth, as if all were where one of them is.
         """
         return np.asarray(self.harmonics(np.array([number]))[0], dtype=complex)
 
@@ -87,7 +96,7 @@ class Engagement:
         edges = np.linspace(self.entry, self.exit, 17)
         half = np.diff(edges)[:, None] / 2
         phi = ((edges[:-1] + edges[1:])[:, None] / 2 + half * _NODES).ravel()
-        turned = (half * _WEIGHTS).ravel() * np.exp(-1j * self.teeth * numbers[..., None] * phi)
+        turned = (half * _WEIGHTS).ravel() * np.exp(-1j * self.repeats * numbers[..., None] * phi)
         whole = turned @ self.factors(phi).reshape(-1, 9) * (self.teeth / (2 * np.pi))
         return np.asarray(whole.reshape(*numbers.shape, 3, 3), dtype=complex)
 
@@ -95,8 +104,20 @@ class Engagement:
         """(...,): what harmonics of those numbers are multiplied with at a depth, m: their mean over the lag
         of the edge, from 0 to that at the end of the depth.
         """
-        half_lag = numbers * self.teeth * self.lag_per_m * depth / 2
+        half_lag = numbers * self.repeats * self.lag_per_m * depth / 2
         return np.asarray(np.exp(-1j * half_lag) * np.sinc(half_lag / np.pi), dtype=complex)
+
+    def regenerated(self, orders: Index, part: Array) -> Complex:
+        """(..., r, r): what the harmonics of the cut, from order to order (r,), are multiplied with where
+        teeth cut what the ones before them left; part (...,): frequency over that at which the cut repeats.
+        """
+        if not self.pitches:
+            late = 1 - np.exp(-2j * np.pi * part)
+            return np.broadcast_to(late[..., None, None], (*part.shape, len(orders), len(orders)))
+        pitches = np.array(self.pitches)
+        apart = -np.subtract.outer(orders, orders)[..., None] * np.cumsum(pitches)
+        late = 1 - np.exp(-1j * (part[..., None, None] + orders[:, None]) * pitches)
+        return np.asarray(np.einsum("pqj,...qj->...pq", np.exp(1j * apart), late) / self.teeth)
 
     def steps(self, count: int, depth: float) -> Array:
         """(count, 3, 3), N/m^2: all teeth, averaged over each of so many equal steps of a tooth period, and

@@ -33,56 +33,62 @@ class ExactLimit:
     """A depth, m, a frequency, Hz, and what they follow: lines_hz (r,), of any sign; slope (r, 3, 3), so that
     a small change dH (r, 3, 3) of the tip's receptance changes the depth by Re sum(slope dH).
 
-    remainder: by what part the depth moved when the number of harmonics was doubled.
+    strongest_hz: the harmonic at which the tip moves most, which is heard; remainder: by what part the depth
+    moved when the number of harmonics was doubled.
     """
 
     depth: float
     chatter_hz: float
     lines_hz: Array
     slope: Complex
+    strongest_hz: float
     remainder: float
 
 
 @dataclass(frozen=True)
 class Loop:
-    """A cut on a tip; tooth_hz: teeth per second; orders (r,): harmonics that take part; delayed: whether
-    a tooth cuts what the last one left.
+    """A cut on a tip; base_hz: how often it repeats in a second, which teeth at even angles do with each
+    tooth; orders (r,): harmonics that take part; delayed: whether a tooth cuts what the last one left.
     """
 
     cut: Engagement
     tip: Receptance
-    tooth_hz: float
+    base_hz: float
     orders: Index
     delayed: bool = True
 
-    def nearest(self, hz: float, depth: float) -> tuple[complex, Complex, Complex]:
-        """The eigenvalue mu nearest to 1, its left vector times delay and depth (r, 3), and W v (r, 3)."""
-        factors, used = self._factors(depth)
+    def nearest(self, hz: float, depth: float) -> tuple[complex, Complex, Complex, Complex]:
+        """The eigenvalue mu nearest to 1, its left vector times the depth (r, 3), W v (r, 3), delays and
+        all, and v (r, used).
+        """
+        factors, used = self._factors(hz, depth)
         tip = self.tip(self.lines(hz))
         count, kept = len(self.orders), len(used)
         loop = tip[:, used] @ factors.reshape(count, 3, count * kept)
-        gain = depth * (1 - np.exp(-2j * np.pi * hz / self.tooth_hz) if self.delayed else 1.0)
-        values, vectors = np.linalg.eig(gain * loop.reshape(count * kept, count * kept))
+        values, vectors = np.linalg.eig(depth * loop.reshape(count * kept, count * kept))
         at = int(np.argmin(np.abs(values - 1)))
         left = np.linalg.solve(vectors.T, np.eye(len(values))[at])  # l' v = 1
         pushed = (factors.reshape(3 * count, -1) @ vectors[:, at]).reshape(count, 3)
         whole = np.zeros((count, 3), dtype=complex)
-        whole[:, used] = gain * left.reshape(count, kept)
-        return complex(values[at]), whole, pushed
+        whole[:, used] = depth * left.reshape(count, kept)
+        return complex(values[at]), whole, pushed, vectors[:, at].reshape(count, kept)
 
     def lines(self, hz: float) -> Array:
         """(r,), Hz."""
-        return np.asarray(hz + self.orders * self.tooth_hz, dtype=float)
+        return np.asarray(hz + self.orders * self.base_hz, dtype=float)
 
     @cached_property
     def _harmonics(self) -> Complex:
         """W_{p-r} (r, r, 3, 3)."""
-        return self.cut.harmonics(self.orders[:, None] - self.orders)
+        apart = self.orders[:, None] - self.orders
+        return np.asarray(self.cut.harmonics(np.arange(apart.min(), apart.max() + 1))[apart - apart.min()])
 
-    def _factors(self, depth: float) -> tuple[Complex, Index]:
-        """The same with the helix (r, 3, r, used), and the axes along which chips are cut."""
+    def _factors(self, hz: float, depth: float) -> tuple[Complex, Index]:
+        """The same with helix and delays (r, 3, r, used), and the axes along which chips are cut."""
         used = np.flatnonzero(np.abs(self._harmonics).sum(axis=(0, 1, 2)) > 0)
         lag = self.cut.along_helix(self.orders[:, None] - self.orders, depth)
+        if self.delayed:
+            lag = lag * self.cut.regenerated(self.orders, np.array(hz / self.base_hz))
         found = lag[..., None, None] * self._harmonics[..., used]
         return np.swapaxes(found, 1, 2), used
 
@@ -90,7 +96,7 @@ class Loop:
         """The limit by Newton's method, with the slopes of its start, from a frequency and depth near it;
         None where it leads away.
         """
-        unit = np.array([max(abs(hz), _LEAST * self.tooth_hz), depth])
+        unit = np.array([max(abs(hz), _LEAST * self.base_hz), depth])
         at = np.array([hz, depth])
         back = np.linalg.pinv(self._slopes(at, unit), rcond=1e-14)
         for _ in range(_STEPS):
@@ -109,11 +115,13 @@ class Loop:
 
     def _found(self, at: Array, unit: Array) -> ExactLimit:
         hz, depth = map(float, at)
-        _, left, pushed = self.nearest(hz, depth)
+        _, left, pushed, moves = self.nearest(hz, depth)
         slopes = self._slopes(at, unit)
         back = -np.linalg.pinv(slopes, rcond=1e-14)[1] * unit[1]  # of Re and Im of a change of mu
         slope = (back[0] - 1j * back[1]) * left[:, :, None] * pushed[:, None, :]
-        return ExactLimit(depth, abs(hz), self.lines(hz), slope, 0.0)
+        lines = self.lines(hz)
+        strongest = abs(float(lines[np.argmax(np.linalg.norm(moves, axis=1))]))
+        return ExactLimit(depth, abs(hz), lines, slope, strongest, 0.0)
 
 
 def _parts(value: complex) -> Array:
@@ -133,14 +141,14 @@ def exact_limit(
     """
     depth, hz = near
     few, many = _loops(cut, tip, highest_hz, rpm)
-    first, tooth_hz = few.solved(_folded(hz, few.tooth_hz), depth), few.tooth_hz
+    first, base_hz = few.solved(_folded(hz, few.base_hz), depth), few.base_hz
     if first is not None and quick:
-        return replace(first, chatter_hz=_unfolded(first, hz, tooth_hz), remainder=np.nan)
+        return replace(first, chatter_hz=_unfolded(first, hz, base_hz), remainder=np.nan)
     found = None if first is None else many.solved(first.chatter_hz, first.depth)
     if first is None or found is None:
         return None
     remainder = abs(first.depth / found.depth - 1)
-    return replace(found, chatter_hz=_unfolded(found, hz, tooth_hz), remainder=remainder)
+    return replace(found, chatter_hz=_unfolded(found, hz, base_hz), remainder=remainder)
 
 
 def _loops(cut: Engagement, tip: Receptance, highest_hz: float, rpm: float) -> tuple[Loop, Loop]:
@@ -148,20 +156,20 @@ def _loops(cut: Engagement, tip: Receptance, highest_hz: float, rpm: float) -> t
 
     There are as many above half of the tooth frequency as below: there the eigenvalues of a flip are real.
     """
-    tooth_hz = cut.teeth * rpm / 60
-    most = int(np.ceil(highest_hz / tooth_hz)) + 3
-    few, many = (Loop(cut, tip, tooth_hz, np.arange(-n - 1, n + 1)) for n in (most, 2 * most))
+    base_hz = cut.repeats * rpm / 60
+    most = int(np.ceil(highest_hz / base_hz)) + 3 * cut.teeth // cut.repeats
+    few, many = (Loop(cut, tip, base_hz, np.arange(-n - 1, n + 1)) for n in (most, 2 * most))
     return few, many
 
 
-def _folded(hz: float, tooth_hz: float) -> float:
-    """Distance from the nearest harmonic of the teeth."""
-    return abs(hz - round(hz / tooth_hz) * tooth_hz)
+def _folded(hz: float, base_hz: float) -> float:
+    """Distance from the nearest harmonic of the cut."""
+    return abs(hz - round(hz / base_hz) * base_hz)
 
 
-def _unfolded(found: ExactLimit, hz: float, tooth_hz: float) -> float:
+def _unfolded(found: ExactLimit, hz: float, base_hz: float) -> float:
     """The frequency of a limit beside hz, where it was found folded."""
-    nearest = round(hz / tooth_hz) * tooth_hz
+    nearest = round(hz / base_hz) * base_hz
     return float(nearest + np.copysign(found.chatter_hz, hz - nearest))
 
 

@@ -8,6 +8,8 @@ T (zeroth order; Altintas and Budak 1995, Ann. CIRP 44), the loop is at its limi
 With an eigenvalue 1/m of W_0 H, the depth a is real where cot(omega T / 2) = Im m / Re m, and is then
 a = Re m (1 + (Im m / Re m)^2) / 2.  All nine receptances of the tip and any lead angle take part.
 Without the delay, det(I - a W_0 H) = 0 is the limit of mode coupling (Gasparetto 1998, Pan et al. 2006).
+Of uneven teeth, exp(-i omega T) is the mean over the teeth, each with a time of its own (Altintas, Engin and
+Budak 1999): the depth is then real where the inverse depth (1 - mean exp(-i omega T_j)) / m is.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 
-_RANK = 1e-9
+_RANK, _PER_WAVE = 1e-9, 40
+"""Least part of an eigenvalue that counts; lines for each wave between two teeth."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +86,33 @@ def crossings(inverse: Complex, line_hz: Array, teeth: int, rpm: Array, count: i
         found.append(least)
         where.append(at)
     return Limits(np.stack(found, axis=-2), np.stack(where, axis=-2))
+
+
+def uneven_crossings(
+    inverse: Complex, line_hz: Array, pitches: tuple[float, ...], rpm: Array, count: int
+) -> Limits:
+    """`crossings` (speeds, count) of teeth that are so far, rad, from the one before; inverse (lines,
+    branches).
+    """
+    with np.errstate(divide="ignore", invalid="ignore"):
+        eigenvalues = np.nan_to_num(1 / inverse).T  # none where the tip is rigid
+    depth, at = np.full((len(rpm), count), np.inf), np.full((len(rpm), count), np.nan)
+    for row, turn_s in enumerate(60.0 / rpm):
+        waves = line_hz[-1] * turn_s * max(pitches) / (2 * np.pi)
+        fine = np.union1d(line_hz, np.linspace(line_hz[0], line_hz[-1], int(_PER_WAVE * waves) + 2))
+        late = 1 - np.mean(np.exp(-1j * np.outer(fine * turn_s, pitches)), axis=1)
+        values = np.array([late * np.interp(fine, line_hz, one) for one in eigenvalues]).T
+        before, after = values[:-1], values[1:]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = before.imag / (before.imag - after.imag)
+            real = before.real + part * (after.real - before.real)
+        real = np.where((before.imag * after.imag < 0) & (real > 0), real, 0.0)
+        hz = fine[:-1, None] + part * np.diff(fine)[:, None]
+        best = np.argsort(-real, axis=None)[:count]
+        found = real.flat[best]
+        depth[row, : len(best)] = np.where(found > 0, 1 / np.where(found > 0, found, 1.0), np.inf)
+        at[row, : len(best)] = np.where(found > 0, hz.flat[best], np.nan)
+    return Limits(depth, at)
 
 
 def _least_at_whole(waves: Array, depth: Array, hz: Array, count: int) -> tuple[Array, Array]:

@@ -6,6 +6,9 @@ Syst. Meas. Control 120; Merdol and Altintas 2004, J. Manuf. Sci. Eng. 126)
 
     det(I - a (1 - exp(-i omega T)) [W_{p-r} H(i (omega + r omega_T))]) = 0,   p, r = -h ... h.
 
+Teeth at uneven angles repeat with the turn, and each harmonic has delays of its own
+(`Engagement.regenerated`).
+
 A real a is looked for over 0 <= f <= f_T / 2, which holds all of it; at its end lie the flip lobes, which one
 frequency alone does not show.
 """
@@ -38,8 +41,9 @@ def multi_frequency(
     found = []
     for speed in rpm:
         check()
-        tooth_hz = cut.teeth * speed / 60
-        harmonics = int(np.clip(np.ceil(highest_hz / tooth_hz) + 3, 3, _MOST_HARMONICS))
+        tooth_hz = cut.repeats * speed / 60
+        least, most = (count * cut.teeth // cut.repeats for count in (3, _MOST_HARMONICS))
+        harmonics = int(np.clip(np.ceil(highest_hz / tooth_hz) + least, least, most))
         lines = _folded(line_hz, tooth_hz, harmonics)
         orders = np.arange(-harmonics, harmonics + 1)
         values = _eigenvalues(cut, receptance, lines, tooth_hz, orders)
@@ -78,8 +82,10 @@ def _eigenvalues(
     kept, count = len(used), len(orders)
     blocks = factors.reshape(count, 3, count * kept)
     loop = np.einsum("lpij,pjc->lpic", tip, blocks).reshape(len(lines), kept * count, kept * count)
-    delay = 1 - np.exp(-2j * np.pi * lines / tooth_hz)
-    return np.asarray(delay[:, None] * np.linalg.eigvals(loop))
+    late = cut.regenerated(orders, lines / tooth_hz)
+    if not cut.pitches:
+        return np.asarray(late[:, :1, 0] * np.linalg.eigvals(loop))
+    return np.asarray(np.linalg.eigvals(loop * np.repeat(np.repeat(late, kept, 1), kept, 2)))
 
 
 def _greatest_real(values: Complex, lines: Array) -> tuple[float, float]:

@@ -27,7 +27,7 @@ def limit_at(on: Mounted, rpm: float) -> tuple[float, float, ExactLimit | None]:
     guess, highest = float(near.depth[0, 0]), float(near.chatter_hz[0, 0])
     guess = guess if np.isfinite(guess) else most
     highest = highest if np.isfinite(highest) else float(line_hz.max() / 3)
-    if on.coupled is not None:
+    if on.coupled is not None or cut.pitches:
         return _over_frequencies(on, rpm, line_hz, highest)
     if not structure.real:  # viscous, of the same size at that frequency, to find the limit in time
         damping = structure.damping + structure.stiffness.imag / (2 * np.pi * highest)

@@ -1,18 +1,23 @@
-"""What `identify stability` does, without the terminal: a fitted model and a tool in, depth limits out."""
+"""What `identify stability` does, without the terminal: what carries a tool, and the tool, in, depth limits
+out.
+"""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.config import ConfigFile
+from identify.core.errors import InputError
+from identify.core.files import sha256_of
 from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.machining import sentences
-from identify.machining.mounted import Mounted, mounted
+from identify.machining.mounted import Cutting, mounted
 from identify.machining.place import posture_of
 from identify.machining.stability import (
     coupling,
@@ -21,33 +26,38 @@ from identify.machining.stability import (
     over_feeds,
     tip_receptance,
 )
+from identify.machining.tapped import Tapped, of_frfs, of_modes
 from identify.machining.tool import Tool, read_tool
+from identify.measured.frf_records import FrfFileOptions
+from identify.measured.loaders import load_frf_set
 from identify.model.modes import complex_modes
 from identify.results import file as result_file
 from identify.results.discovery import fit_of
-from identify.results.fit import FitResult
-from identify.results.provenance import provenance, sha256
-from identify.results.stability import StabilityResult, TipReceptance
-from identify.vibration.fitted_model import FittedModel, fitted_model
+from identify.results.modes import ModesResult
+from identify.results.provenance import provenance
+from identify.results.stability import DepthLimits, StabilityResult, TipReceptance
+from identify.vibration.fitted_model import fitted_model
 from identify.vibration.misfit import misfit
 
 _LINES = 300
 
 
 @dataclass(frozen=True)
-class Read:
-    """What was read: the fit, its model, and the tool."""
+class Held:
+    """A tool in its cut, and what a result says of what carries it; notes of the limits come with these."""
 
-    path: Path
-    fit: FitResult
-    model: FittedModel
-    file: ConfigFile[Tool]
-
-
-def read_both(model: Path, tool: Path) -> Read:
-    """Raises InputError or InputErrors for a file that is no fit or no tool."""
-    fit = fit_of(model)
-    return Read(model, fit, fitted_model(fit, str(model)), read_tool(tool))
+    on: Cutting
+    name: str
+    place: str
+    line_hz: Array
+    band_hz: tuple[float, float] | None
+    before: tuple[str, ...] = ()
+    after: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    posture_deg: Array = field(default_factory=lambda: np.zeros(0))
+    tip_m: Array = field(default_factory=lambda: np.full(3, np.nan))
+    mode_hz: Array = field(default_factory=lambda: np.zeros(0))
+    mode_damping: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def run_stability(
@@ -58,61 +68,112 @@ def run_stability(
     *,
     speeds: int = 61,
     draws: int = 2000,
+    options: FrfFileOptions | None = None,
 ) -> tuple[StabilityResult, list[Path]]:
-    """Depth limits of a tool on a fitted model; writes `<model>_stability.h5`.
+    """Depth limits of a tool on a fitted model, or by FRFs of its tip or the modes found in them; writes
+    `<model>_stability.h5`.
 
-    posture: see `posture_of`; speeds: how many spindle speeds; draws: of the uncertain, for bands.  Raises
-    InputError or InputErrors for a file that is no fit or no tool, a tool that does not fit the robot, and a
-    result that cannot be written.
+    posture: see `posture_of`, or the name of a measurement of modes; speeds: how many spindle speeds; draws:
+    of the uncertain, for bands; options: what FRFs leave open.  Raises InputError or InputErrors for a file
+    that is none of these or no tool, a tool that does not fit, and a result that cannot be written.
     """
     begun = time.perf_counter()
-    read = read_both(model, tool)
+    kind, file = result_file.kind_of(model), read_tool(tool)
     path = out or model.with_name(f"{model.stem}_stability.h5")
     result_file.check_new(path, "depth limits", [model, tool])
     with held(path), one_thread():
-        on = mounted(
-            read.model,
-            read.file.study,
-            posture_of(posture, read.fit, read.model),
-            str(tool),
-            speeds,
-            draws,
-            misfit(read.fit, read.model),
-        )
-        result = _result(read, on, begun)
+        told = file.study, str(tool), speeds, draws
+        if kind == "":
+            carried = _by_frfs(model, posture, options or FrfFileOptions(), *told)
+        elif kind == ModesResult.KIND:
+            carried = _by_modes(model, posture, *told)
+        else:
+            carried = _on_robot(model, posture, *told)
+        result = _result(carried, model, file, begun)
         result_file.write(result, path)
     return result, [path]
 
 
-def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
+def _on_robot(path: Path, posture: str | None, tool: Tool, where: str, speeds: int, draws: int) -> Held:
+    fit = fit_of(path)
+    model = fitted_model(fit, str(path))
+    at = posture_of(posture, fit, model)
+    on = mounted(model, tool, at, where, speeds, draws, misfit(fit, model))
+    here = on.here
+    modes = complex_modes(here.mass, here.damping, here.stiffness)
+    return Held(
+        on,
+        fit.name,
+        f"{on.point.name or on.point.node} on {on.point.link}",
+        np.unique(np.linspace(0.0, 1.5 * float(modes.frequency_hz[:6].max()), _LINES)),
+        model.band_hz,
+        sentences.of_robot(fit),
+        (*sentences.of_tool(here.real, tool), *sentences.of_model(model)),
+        tuple(joint.name for joint in model.robot.joints),
+        np.rad2deg(at),
+        on.tip_m,
+        modes.frequency_hz,
+        modes.damping_ratio,
+    )
+
+
+def _by_frfs(
+    path: Path,
+    posture: str | None,
+    options: FrfFileOptions,
+    tool: Tool,
+    where: str,
+    speeds: int,
+    draws: int,
+) -> Held:
+    if posture is not None:
+        found = f"{posture!r}, of FRFs of a tip, which have the posture that they were measured in"
+        raise InputError("--posture", found, "none", "leave it out")
+    return _tapped(of_frfs(load_frf_set(path, options), tool, where, speeds, draws), path, path.stem)
+
+
+def _by_modes(path: Path, name: str | None, tool: Tool, where: str, speeds: int, draws: int) -> Held:
+    result = result_file.read(path, ModesResult)
+    names = list(result.measurements)
+    if name not in (*names, None):
+        raise InputError("--posture", repr(name), "one of " + ", ".join(names))
+    found = result.measurements[name or names[0]]
+    carried = _tapped(of_modes(found, tool, where, speeds, draws), path, result.name)
+    return replace(carried, mode_hz=found.modes.frequency_hz, mode_damping=found.modes.damping_ratio)
+
+
+def _tapped(on: Tapped, path: Path, name: str) -> Held:
+    line_hz = on.known.line_hz
+    band = float(line_hz[0]), float(line_hz[-1])
+    return Held(on, name, f"point {on.node} of {path.name}", line_hz, band, on.said)
+
+
+def _result(carried: Held, model: Path, file: ConfigFile[Tool], begun: float) -> StabilityResult:
+    on, tool = carried.on, file.study
     found, coupled = nominal(on)
     depth, compared = limits(on, found)
-    structure = on.here
-    modes = complex_modes(structure.mass, structure.damping, structure.stiffness)
-    line_hz = np.unique(np.linspace(0.0, 1.5 * float(modes.frequency_hz[:6].max()), _LINES))
-    tip, spread = tip_receptance(on, line_hz)
+    tip, spread = tip_receptance(on, carried.line_hz)
     feed, feed_depth = over_feeds(on)
-    without = coupling(on, coupled)
-    tool, cutting = on.tool, on.cut.cutting
-    band_hz = read.model.band_hz
-    said = sentences.verdict(depth, compared, without, tool.max_depth_mm / 1e3)
-    text = read.file
+    without, cutting = coupling(on, coupled), on.cut.cutting
     return StabilityResult(
-        name=read.fit.name,
-        verdict=said,
-        notes=sentences.notes(depth, band_hz, read.fit, structure.real, tool)
-        + sentences.of_model(read.model),
+        name=carried.name,
+        verdict=sentences.verdict(
+            depth, compared, without, tool.max_depth_mm / 1e3, uneven=bool(tool.pitches)
+        ),
+        notes=_notes(carried, depth),
         seconds=time.perf_counter() - begun,
         provenance=provenance(
-            text.path.name, text.text, [(read.path.name, sha256(read.path)), (text.path.name, text.sha256)]
+            file.path.name,
+            file.text,
+            [(model.name, sha256_of(model, "what carries the tool")), (file.path.name, file.sha256)],
         ),
-        model=read.path.name,
+        model=model.name,
         tool=tool.name,
-        place=f"{on.point.name or on.point.node} on {on.point.link}",
+        place=carried.place,
         source=cutting.source,
-        joints=tuple(joint.name for joint in on.model.robot.joints),
-        posture_deg=np.rad2deg(on.posture),
-        tip_m=on.tip_m,
+        joints=carried.joints,
+        posture_deg=carried.posture_deg,
+        tip_m=carried.tip_m,
         axes=on.axes,
         engagement_deg=np.rad2deg(tool.engagement),
         cutting=np.array([cutting.tangential, cutting.radial, cutting.axial]),
@@ -123,7 +184,12 @@ def _result(read: Read, on: Mounted, begun: float) -> StabilityResult:
         coupling=without,
         feed_deg=feed,
         feed_depth_m=feed_depth,
-        mode_hz=modes.frequency_hz,
-        mode_damping=modes.damping_ratio,
-        tip=TipReceptance(line_hz, tip.astype(np.complex64), spread.astype(np.float32)),
+        mode_hz=carried.mode_hz,
+        mode_damping=carried.mode_damping,
+        tip=TipReceptance(carried.line_hz, tip.astype(np.complex64), spread.astype(np.float32)),
     )
+
+
+def _notes(carried: Held, depth: DepthLimits) -> tuple[str, ...]:
+    own = sentences.of_limits(depth, carried.band_hz, carried.on.tool, robot=bool(carried.joints))
+    return (*carried.before, *own, *carried.after)

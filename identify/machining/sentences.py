@@ -15,21 +15,24 @@ from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel
 
 
-def verdict(limits: DepthLimits, checks: LimitChecks, coupling: Array, most: float) -> tuple[str, ...]:
+def verdict(
+    limits: DepthLimits, checks: LimitChecks, coupling: Array, most: float, *, uneven: bool = False
+) -> tuple[str, ...]:
     """What was found: the depth that is stable at all speeds, the best speed, mode coupling, and how well the
-    methods agree.
+    methods agree; uneven: teeth at uneven angles.
     """
+    agreement = _of_uneven(limits, checks) if uneven else _agreement(checks)
     over = f"From {limits.rpm[0]:,.0f} to {limits.rpm[-1]:,.0f} rpm the cut is stable"
     if np.isinf(limits.depth_m).all():
         first = f"{over} up to {1e3 * most:.3g} mm, the largest depth."
-        return first, _coupled(coupling, most), _agreement(checks)
+        return first, _coupled(coupling, most), agreement
     worst, best = int(np.argmin(limits.depth_m)), int(np.argmax(limits.low_95))
     first = (
         f"{over} at every speed up to {_mm(limits, worst, most)}; the least limit is at"
         f" {limits.rpm[worst]:,.0f} rpm, where the tool chatters at {limits.chatter_hz[worst]:.4g} Hz."
     )
     second = f"The deepest stable cut is at {limits.rpm[best]:,.0f} rpm: {_mm(limits, best, most)}."
-    return first, second, _coupled(coupling, limits.depth_m[best]), _agreement(checks)
+    return first, second, _coupled(coupling, limits.depth_m[best]), agreement
 
 
 def _mm(limits: DepthLimits, row: int, most: float) -> str:
@@ -74,49 +77,65 @@ def _agreement(checks: LimitChecks) -> str:
     )
 
 
+def _of_uneven(limits: DepthLimits, checks: LimitChecks) -> str:
+    """How far the search over all frequencies is from the limits, those near the mean of the cut."""
+    at = np.searchsorted(limits.rpm, checks.rpm)
+    between = _apart(checks.multi_frequency, limits.depth_m[at])
+    return (
+        "The teeth are at uneven angles: the limits are looked for near those of the mean of the cut, and a"
+        f" search with all harmonics comes within {100 * between:.2g} % at {len(checks.rpm)} speeds."
+    )
+
+
 def _apart(one: Array, other: Array) -> float:
     """Largest relative difference where both are finite."""
     both = np.isfinite(one) & np.isfinite(other)
     return float(np.max(np.abs(one[both] / other[both] - 1), initial=0.0))
 
 
-def notes(
-    limits: DepthLimits,
-    band_hz: tuple[float, float] | None,
-    fit: FitResult,
-    real: bool,
-    tool: Tool,
+def of_robot(fit: FitResult) -> tuple[str, ...]:
+    """What a reader must be warned of a fit."""
+    gap = of_gap(
+        fit.gap, "which the bands hold as errors of the stiffnesses that come anew at every frequency"
+    )
+    return (*of_fit(fit), *gap)
+
+
+def of_limits(
+    limits: DepthLimits, band_hz: tuple[float, float] | None, tool: Tool, *, robot: bool
 ) -> tuple[str, ...]:
-    """What a reader must be warned of."""
-    said, unsure = of_fit(fit), tool.uncertainty
+    """What a reader must be warned of the limits and their bands, where data are of a band; robot: whether
+    angles of joints are in them.
+    """
+    said, unsure = list[str](), tool.uncertainty
     chatter = limits.chatter_hz[np.isfinite(limits.chatter_hz)]
     if band_hz is not None and chatter.size:
         outside = np.mean((chatter < band_hz[0]) | (chatter > band_hz[1]))
         if outside > 0:
             said.append(
-                f"at {100 * outside:.2g} % of the speeds the chatter lies outside the fitted band"
-                f" ({band_hz[0]:g} to {band_hz[1]:g} Hz), where no data speak for the model"
+                f"at {100 * outside:.2g} % of the speeds the chatter lies outside the"
+                f" {'fitted' if robot else 'measured'} band ({band_hz[0]:g} to {band_hz[1]:g} Hz), where no"
+                f" data speak for the {'model' if robot else 'tip'}"
             )
-    said += of_gap(
-        fit.gap, "which the bands hold as errors of the stiffnesses that come anew at every frequency"
-    )
-    exact = [
-        what
-        for what, std in (("cutting coefficients", unsure.coefficients), ("joint angles", unsure.posture_deg))
-        if std == 0
-    ]
-    if exact:
+    stated = [("cutting coefficients", unsure.coefficients)]
+    stated += [("joint angles", unsure.posture_deg)] if robot else []
+    if exact := [what for what, std in stated if std == 0]:
         said.append(
             f"the bands take {' and '.join(exact)} as exact: state their standard deviations"
             " under `uncertainty`"
         )
-    if not real:
-        said.append("hysteretic damping has no equation in time, so that semi-discretisation is left out")
     said.append(
         "the cut is linear: without run-out, process damping, teeth that leave the cut, and a stiffness of"
         " the arm that changes with amplitude"
     )
-    said += _of_spindle(tool)
+    return tuple(said)
+
+
+def of_tool(real: bool, tool: Tool) -> tuple[str, ...]:
+    """What spindle and tool on a robot are taken as; real: without hysteretic damping."""
+    said = _of_spindle(tool)
+    if not real:
+        said.insert(0, "hysteretic damping has no equation in time, so that semi-discretisation is left out")
     return tuple(said)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identify.core.arrays import Array, Complex
@@ -14,13 +16,12 @@ from identify.machining.lobes import (
     crossings,
     inverse_eigenvalues,
     mode_coupling,
+    uneven_crossings,
     zeroth_order,
 )
-from identify.machining.mounted import Mounted
+from identify.machining.mounted import Cutting
 from identify.machining.multi_frequency import multi_frequency
 from identify.machining.semi_discretization import TimeDomain
-from identify.machining.structure import Structure
-from identify.model.modes import complex_modes
 from identify.results.stability import DepthLimits, LimitChecks
 
 _EVERY, _FEEDS = 6, 24
@@ -31,14 +32,20 @@ _CROSSINGS, _BESIDE, _SAME = 4, 1.6, 1e-6
 """Crossings looked at for bands, up to so many times the limit; from what part on two are not the same."""
 
 
-def nominal(on: Mounted) -> tuple[Limits, Limits]:
+def nominal(on: Cutting) -> tuple[Limits, Limits]:
     """The first crossings at all speeds (speeds, count), and the limit of mode coupling, of zeroth order."""
     cut, line_hz = on.cut, on.lines_hz(_FINE)
     inverse = inverse_eigenvalues(cut.mean, on.tip(line_hz))
-    return crossings(inverse, line_hz, cut.teeth, on.rpm, _CROSSINGS), mode_coupling(inverse, line_hz)
+    return _crossings(cut, inverse, line_hz, on.rpm), mode_coupling(inverse, line_hz)
 
 
-def coupling(on: Mounted, found: Limits) -> Array:
+def _crossings(cut: Engagement, inverse: Complex, line_hz: Array, rpm: Array) -> Limits:
+    if cut.pitches:
+        return uneven_crossings(inverse, line_hz, cut.pitches, rpm, _CROSSINGS)
+    return crossings(inverse, line_hz, cut.teeth, rpm, _CROSSINGS)
+
+
+def coupling(on: Cutting, found: Limits) -> Array:
     """(4,): depth limit of mode coupling with its 95 % limits, m, and its frequency, Hz; found: of zeroth
     order.
     """
@@ -52,24 +59,27 @@ def coupling(on: Mounted, found: Limits) -> Array:
     return np.array([exact.depth, exact.depth * low, exact.depth * high, exact.chatter_hz])
 
 
-def limits(on: Mounted, found: Limits) -> tuple[DepthLimits, LimitChecks]:
+def limits(on: Cutting, found: Limits) -> tuple[DepthLimits, LimitChecks]:
     """The limits with their bands, and by every method at some of the speeds; found: crossings of zeroth
     order.
 
     The least limit is looked for by semi-discretisation, or by the multi-frequency solution where there is
-    none in time; the limit itself is the exact one beside it.
+    none in time, and of uneven teeth, whose many harmonics take long, among the crossings; the limit itself
+    is the exact one beside it.
     """
-    structure, cut, most = on.here, on.cut, on.tool.max_depth_mm / 1e3
+    structure, cut, most = on.in_time, on.cut, on.tool.max_depth_mm / 1e3
     rpm, zeroth = on.rpm, found.depth[:, 0]
-    highest = _highest_hz(structure, found)
-    some = slice(None, None, _EVERY)
-    if on.in_time:
+    highest = _highest_hz(on, found)
+    some = slice(None, None, _EVERY * (3 if cut.pitches else 1))
+    several = _several(on, cut, highest, rpm[some] if structure or cut.pitches else rpm)
+    compared = LimitChecks(rpm[some], zeroth[some], several.depth, None)
+    if cut.pitches:
+        first = Limits(zeroth, found.chatter_hz[:, 0])
+    elif structure is not None:
         first = _in_time(TimeDomain(structure, cut, highest), rpm, zeroth, most)
-        several = _several(on, cut, highest, rpm[some]).depth
-        compared = LimitChecks(rpm[some], zeroth[some], several, first.depth[some])
+        compared = replace(compared, semi_discretization=first.depth[some])
     else:
-        first = _several(on, cut, highest, rpm)
-        compared = LimitChecks(rpm[some], zeroth[some], first.depth[some], None)
+        first, compared = several, replace(compared, multi_frequency=several.depth[some])
     rows = [_exact(on, highest, number, first, found) for number in range(len(rpm))]
     depth, low, high, chatter = np.array(rows).T
     free = depth > most
@@ -78,35 +88,37 @@ def limits(on: Mounted, found: Limits) -> tuple[DepthLimits, LimitChecks]:
     return DepthLimits(rpm, at, low, high, chatter, zeroth), compared
 
 
-def _exact(on: Mounted, highest: float, number: int, first: Limits, found: Limits) -> list[float]:
+def _exact(on: Cutting, highest: float, number: int, first: Limits, found: Limits) -> list[float]:
     """Depth, its 95 % limits, and frequency of chatter at the spindle speed of that number."""
     check()
     depth, hz, rpm = float(first.depth[number]), float(first.chatter_hz[number]), on.rpm[number]
     if not np.isfinite(depth):
         return [np.inf, np.inf, np.inf, np.nan]
-    exact = exact_limit(on.cut, on.tip, highest, rpm, (depth, hz))
+    uneven = bool(on.cut.pitches)  # whose harmonics are many enough as they are
+    exact = exact_limit(on.cut, on.tip, highest, rpm, (depth, hz), quick=uneven)
     if exact is None:
         return [depth, *(depth * part for part in UNKNOWN), hz]
     others = [
-        exact_limit(on.cut, on.tip, highest, rpm, (float(near), float(at)))
+        exact_limit(on.cut, on.tip, highest, rpm, (float(near), float(at)), quick=uneven)
         for near, at in zip(found.depth[number], found.chatter_hz[number], strict=True)
         if near < _BESIDE * exact.depth
     ]
+    if uneven:  # nothing has looked for the least of them yet
+        exact = min([exact, *filter(None, others)], key=lambda one: one.depth)
     # a crossing below the least limit would be one that semi-discretisation has seen
     after = [one for one in others if one is not None and one.depth > (1 + _SAME) * exact.depth]
     low, high = relative_band([exact, *after], on.uncertain, on.coefficients, on.draws)
-    return [exact.depth, exact.depth * low, exact.depth * high, exact.chatter_hz]
+    heard = exact.strongest_hz if on.in_time is None or uneven else exact.chatter_hz
+    return [exact.depth, exact.depth * low, exact.depth * high, heard]
 
 
-def _highest_hz(structure: Structure, found: Limits) -> float:
-    """The highest frequency at which the tool chatters, or of a mode where it does not."""
+def _highest_hz(on: Cutting, found: Limits) -> float:
+    """The highest frequency at which the tool chatters, or that matters where it does not."""
     chatter = found.chatter_hz[np.isfinite(found.chatter_hz)]
-    if chatter.size:
-        return float(chatter.max())
-    return float(complex_modes(structure.mass, structure.damping, structure.stiffness).frequency_hz.max())
+    return float(chatter.max()) if chatter.size else on.highest_hz
 
 
-def _several(on: Mounted, cut: Engagement, highest: float, rpm: Array) -> Limits:
+def _several(on: Cutting, cut: Engagement, highest: float, rpm: Array) -> Limits:
     return multi_frequency(cut, on.tip, on.lines_hz(_COARSE), highest, rpm)
 
 
@@ -120,7 +132,7 @@ def _in_time(domain: TimeDomain, rpm: Array, near: Array, most: float) -> Limits
     return Limits(depth, np.array(chatter))
 
 
-def over_feeds(on: Mounted) -> tuple[Array, Array]:
+def over_feeds(on: Cutting) -> tuple[Array, Array]:
     """Feeds (f,), degrees about the spindle from the tool's own, and the least depth limit over the speeds
     (f,), m.
     """
@@ -135,9 +147,12 @@ def over_feeds(on: Mounted) -> tuple[Array, Array]:
     )
     turn = np.array([[cos, sin, zero], [-sin, cos, zero], [zero, zero, one]]).transpose(2, 0, 1)[:, None]
     inverse = inverse_eigenvalues(cut.mean, turn @ tip @ np.swapaxes(turn, -1, -2))
+    if cut.pitches:
+        uneven = [uneven_crossings(one, line_hz, cut.pitches, rpm, 1) for one in inverse]
+        return angles, np.array([one.depth.min() for one in uneven])
     return angles, zeroth_order(inverse, line_hz, cut.teeth, rpm).depth.min(axis=-1)
 
 
-def tip_receptance(on: Mounted, line_hz: Array) -> tuple[Complex, Array]:
+def tip_receptance(on: Cutting, line_hz: Array) -> tuple[Complex, Array]:
     """Receptance of the tip (lines, 3, 3), m/N, along the tool's axes, and half its 95 % band."""
     return on.tip(line_hz), on.uncertain.half_band(line_hz)

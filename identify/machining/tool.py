@@ -17,6 +17,8 @@ from identify.vibration.fitted_model import FittedModel, tool_point
 
 SCHEMA = "identify-tool/1"
 _MPA, _N_PER_MM = 1e6, 1e3
+_ROUNDED_DEG = 0.05
+"""By how much angles may miss a whole turn, or even teeth, as data sheets print them."""
 
 
 class GivenCoefficients(Settings):
@@ -91,6 +93,9 @@ class Tool(Settings):
     schema_: Literal["identify-tool/1"] = Field(alias="schema", description="identify-tool/1")
     name: str = Field(min_length=1, description="of the tool, for the report")
     teeth: int = Field(ge=1, le=100, description="number of cutting edges, evenly spaced")
+    pitch_deg: tuple[float, ...] = Field(
+        (), description="angles from each edge to the one before it, where they are not even: variable pitch"
+    )
     diameter_mm: float = Field(ge=0.1, description="of the cutting edges")
     helix_deg: float = Field(0.0, ge=0, lt=80, description="helix angle; semi-discretisation alone sees it")
     lead_angle_deg: float = Field(
@@ -127,6 +132,12 @@ class Tool(Settings):
             raise ValueError("cut.width_mm: expected at most the diameter")
         if self.coupling is not None and self.modes:
             raise ValueError("coupling: expected either `coupling` or `modes`")
+        if self.pitch_deg and not (
+            len(self.pitch_deg) == self.teeth
+            and min(self.pitch_deg) > 0
+            and abs(sum(self.pitch_deg) - 360) < _ROUNDED_DEG
+        ):
+            raise ValueError("pitch_deg: expected an angle for each of the teeth, 360 in all")
         if not (np.any(self.spindle_axis) and np.any(self.feed)):
             raise ValueError("spindle_axis, feed: expected directions, not zero")
         return self
@@ -135,6 +146,12 @@ class Tool(Settings):
     def radius(self) -> float:
         """m."""
         return self.diameter_mm / 2e3
+
+    @property
+    def pitches(self) -> tuple[float, ...]:
+        """Angles between the edges, rad, where they are uneven."""
+        even = all(abs(one - 360 / self.teeth) < _ROUNDED_DEG for one in self.pitch_deg)
+        return () if even else tuple(np.radians(self.pitch_deg) * 360 / sum(self.pitch_deg))
 
     @property
     def engagement(self) -> tuple[float, float]:

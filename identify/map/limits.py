@@ -125,7 +125,19 @@ def _depths(
     found = []
     for angle in np.radians(wanted.feed_deg):
         turned = about(np.array([0.0, 0.0, 1.0]), -float(angle)) @ axes
-        on = Mounted(model, system, tool, "tool", point, posture, turned, tip_m, 2, 0, errors)
+        on = Mounted(
+            model=model,
+            system=system,
+            tool=tool,
+            where="tool",
+            point=point,
+            posture=posture,
+            axes=turned,
+            tip_m=tip_m,
+            speeds=2,
+            draws=0,
+            errors=errors,
+        )
         found.append(min((_depth(on, rpm) for rpm in wanted.rpm), key=lambda one: one[0]))
     return found
 

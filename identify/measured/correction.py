@@ -135,7 +135,7 @@ def _turned(
     """FRFs (lines, channels, others) and the squares of their noise, turned."""
     found, names = frf.copy(), list(channels)
     variance = None if noise is None else noise**2
-    for node in dict.fromkeys(one.node for one in channels):
+    for node in dict.fromkeys(one.node for one in channels if one.motor is None):
         own = [n for n, one in enumerate(channels) if one.node == node and abs(one.direction) <= 3]
         if sorted(channels[n].axis for n in own) != [0, 1, 2]:
             missing = f"point {node} without all three directions"

@@ -46,7 +46,7 @@ _PARTS = "real|imag|magnitude|phase_deg|coherence"
 _PAIR = re.compile(rf"(\S+)\s*/\s*(\S+)\s+({_PARTS})")
 _UNUSED = "-"
 """What the key `columns` calls a column that is not read."""
-_SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
+SIGNAL = re.compile(r"(\S+)\s*\[(.+)\]")
 
 
 _NAME_COLUMNS = (
@@ -247,7 +247,7 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
     signals: list[Signal] = []
     for column, name in enumerate(names, start=first + 1):
         where = f"{path}, column {name!r}"
-        match = _SIGNAL.fullmatch(name)
+        match = SIGNAL.fullmatch(name)
         if match is None:
             raise InputError(
                 where, "no channel with its unit", "such as 12:+Z [m/s^2]", "add the unit in brackets"

@@ -41,12 +41,12 @@ def frf_from_impacts(
     duration = samples / history.sample_rate_hz
     if force_window_s is not None and not 0 < force_window_s <= duration:
         raise InputError(
-            _where(history),
+            history_name(history),
             f"a force window of {force_window_s:g} s",
             f"more than 0 and at most the block's {duration:g} s",
         )
     if decay_per_s < 0:
-        raise InputError(_where(history), f"a window decay of {decay_per_s:g} 1/s", "0 or more")
+        raise InputError(history_name(history), f"a window decay of {decay_per_s:g} 1/s", "0 or more")
     time_s = np.arange(samples) / history.sample_rate_hz
     windows = np.repeat(np.exp(-decay_per_s * time_s)[:, None], len(history.channels), axis=1)
     if force_window_s is not None:
@@ -68,10 +68,10 @@ def frf_from_random(
     size = round(segment_s * history.sample_rate_hz)
     if not 8 <= size <= history.data.shape[1]:
         raise InputError(
-            _where(history), f"segments of {size} samples", f"8 to the block's {history.data.shape[1]}"
+            history_name(history), f"segments of {size} samples", f"8 to the block's {history.data.shape[1]}"
         )
     if not 0 <= overlap < 1:
-        raise InputError(_where(history), f"an overlap of {overlap:g}", "0 or more and below 1")
+        raise InputError(history_name(history), f"an overlap of {overlap:g}", "0 or more and below 1")
     step = max(1, round(size * (1 - overlap)))
     starts = range(0, history.data.shape[1] - size + 1, step)
     window = np.hanning(size + 1)[:-1]
@@ -95,16 +95,18 @@ def _frf_set(history: TimeHistory, blocks: Array, method: Method, *, averages: f
     forces, responses = history.forces, history.responses
     if not forces or not responses:
         raise InputError(
-            _where(history), f"{len(forces)} forces and {len(responses)} responses", "at least one of each"
+            history_name(history),
+            f"{len(forces)} forces and {len(responses)} responses",
+            "at least one of each",
         )
     if len(blocks) < len(forces):
         raise InputError(
-            _where(history),
+            history_name(history),
             f"{len(blocks)} averages for {len(forces)} inputs at once",
             "at least as many averages as inputs",
         )
     spectra = np.fft.rfft(blocks, axis=1)[:, 1:]
-    frf, coherence = estimate(spectra[:, :, responses], spectra[:, :, forces], method, _where(history))
+    frf, coherence = estimate(spectra[:, :, responses], spectra[:, :, forces], method, history_name(history))
     return FrfSet(
         frequency_hz=np.asarray(
             np.fft.rfftfreq(blocks.shape[1], 1 / history.sample_rate_hz)[1:], dtype=np.float64
@@ -112,7 +114,7 @@ def _frf_set(history: TimeHistory, blocks: Array, method: Method, *, averages: f
         frf=frf,
         outputs=tuple(history.channels[i] for i in responses),
         inputs=tuple(history.channels[i] for i in forces),
-        quantity=_quantity(history),
+        quantity=quantity_of(history),
         coherence=coherence,
         averages=max(1, int(averages + 1e-9) - len(forces) + 1),
         window_decay_per_s=decay,
@@ -174,12 +176,12 @@ def _form(method: Method, h1: Complex, gff: Complex, gxx: Array) -> Complex:
     return np.asarray((magnitude * phase)[:, :, None], dtype=np.complex128)
 
 
-def _quantity(history: TimeHistory) -> Quantity:
+def quantity_of(history: TimeHistory) -> Quantity:
     """The one quantity of all responses."""
-    kinds = {parse_signal_unit(history.units[i], _where(history)).kind for i in history.responses}
+    kinds = {parse_signal_unit(history.units[i], history_name(history)).kind for i in history.responses}
     if len(kinds) > 1:
         raise InputError(
-            _where(history),
+            history_name(history),
             "responses of different kinds: " + ", ".join(sorted(kinds)),
             "one kind",
             "take them apart",
@@ -187,6 +189,6 @@ def _quantity(history: TimeHistory) -> Quantity:
     return QUANTITY_OF_KIND[kinds.pop()]
 
 
-def _where(history: TimeHistory) -> str:
+def history_name(history: TimeHistory) -> str:
     """The history's name in errors."""
     return history.source or "time history"

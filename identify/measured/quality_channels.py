@@ -16,7 +16,7 @@ from identify.measured.frf_set import FrfSet
 def points_explain(frf_set: FrfSet, points: Mapping[int, str]) -> Iterator[Finding]:
     """Channels at nodes that are no points, and points without channel."""
     channels = [*dict.fromkeys((*frf_set.outputs, *frf_set.inputs))]
-    strange = [channel for channel in channels if channel.node not in points]
+    strange = [channel for channel in channels if channel.motor is None and channel.node not in points]
     if strange:
         known = f"points {min(points)} to {max(points)}" if points else "no points"
         sentence = (
@@ -51,8 +51,9 @@ def pairs_complete(frf_set: FrfSet) -> Iterator[Finding]:
             )
     axes = defaultdict(set)
     for output in frf_set.outputs:
-        axes[output.node].add(abs(output.direction))
-    usual = int(np.median([len(directions) for directions in axes.values()]))
+        if output.motor is None:
+            axes[output.node].add(abs(output.direction))
+    usual = int(np.median([len(directions) for directions in axes.values()])) if axes else 0
     poor = [node for node, directions in axes.items() if len(directions) < usual]
     if poor:
         channels = tuple(output for output in frf_set.outputs if output.node in poor)

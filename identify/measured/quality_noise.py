@@ -31,6 +31,8 @@ _TINY = 1e-12
 def coherence(frf_set: FrfSet) -> Iterator[Finding]:
     """What is missing to know the noise, and a set that is mostly noise."""
     if frf_set.coherence is None:
+        if frf_set.noise is not None:
+            return
         yield Finding(
             "warn",
             "no-coherence",

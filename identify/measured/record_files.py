@@ -1,8 +1,9 @@
-"""Arrays of a recorded motion as they stand in files: MATLAB (v5, v7.3), HDF5, CSV and universal files (58).
+"""Arrays of a recorded motion as they stand in files: MATLAB (v5, v7.3), HDF5, CSV, universal files (58) and
+ROS 2 bags.
 
 A name leads to an array: a variable or structure field (`rec.act_pos_deg`), a dataset (`run1/position`), a
-column of a CSV file, or a channel of a universal file (`12:+RZ`).  With `{joint}` in it, it names one array
-per joint.
+column of a CSV file, a channel of a universal file (`12:+RZ`), or a field of a topic
+(`/joint_states:effort`).  With `{joint}` in it, it names one array per joint.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from identify.core.errors import InputError
 from identify.core.files import sha256_of
 from identify.core.tree import Group
 from identify.measured import mat
+from identify.measured.bag import METADATA, SUFFIXES, read_bag
 from identify.measured.delimited import DelimitedTable, read_table
 from identify.measured.loaders import FORMAT_OF_SUFFIX, load_time_history
 from identify.measured.time_history import TimeHistory
@@ -33,10 +35,12 @@ class RecordFile:
     """An open-and-read file: `array` gives what is at a name, as floats."""
 
     def __init__(self, path: Path) -> None:
-        form = FORMAT_OF_SUFFIX.get(path.suffix.lower())
+        if (path / METADATA).exists():
+            path = path / METADATA
+        form = "bag" if path.name == METADATA else _FORMS.get(path.suffix.lower())
         if form is None:
-            raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(FORMAT_OF_SUFFIX))
-        self.path = path
+            raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(_FORMS))
+        self.path, self.form = path, form
         fix = "put the data there, or say in `records` where they are"
         self.sha256 = sha256_of(path, "a recorded motion", fix=fix)
         self.in_si = form == "uff"
@@ -110,9 +114,15 @@ def _of_uff(path: Path) -> Lookup:
     return lookup
 
 
+def _of_bag(path: Path) -> Lookup:
+    return lambda name, unit: read_bag(path, [name])[name]
+
+
 _READERS: dict[str, Callable[[Path], Lookup]] = {
     "mat": _of_mat,
     "hdf5": _of_hdf5,
     "csv": _of_csv,
     "uff": _of_uff,
+    "bag": _of_bag,
 }
+_FORMS = {**FORMAT_OF_SUFFIX, **dict.fromkeys(SUFFIXES, "bag")}

@@ -47,12 +47,22 @@ class TimeHistory:
     @property
     def forces(self) -> list[int]:
         """Positions of the force and moment signals."""
-        return [i for i, unit in enumerate(self.units) if unit in _FORCES]
+        return [i for i in self._told if self.units[i] in _FORCES]
 
     @property
     def responses(self) -> list[int]:
         """Positions of the motion signals."""
-        return [i for i, unit in enumerate(self.units) if unit not in _FORCES]
+        return [i for i in self._told if self.units[i] not in _FORCES]
+
+    @property
+    def references(self) -> list[int]:
+        """Positions of what excited controllers."""
+        return [i for i, channel in enumerate(self.channels) if channel.is_reference]
+
+    @property
+    def _told(self) -> list[int]:
+        """Positions of all but the references."""
+        return [i for i, channel in enumerate(self.channels) if not channel.is_reference]
 
 
 @dataclass(frozen=True)
@@ -83,7 +93,8 @@ def to_time_history(sample_rate_hz: float, signals: list[Signal], source: str, s
                 "numbers",
                 "export it again",
             )
-        if signal.unit.rotation != (abs(signal.channel.direction) > 3):
+        turns = abs(signal.channel.direction) > 3
+        if signal.unit.rotation != turns and not signal.channel.is_reference:
             raise InputError(
                 signal.where,
                 f"unit {signal.unit.si} at channel {signal.channel}",

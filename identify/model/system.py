@@ -81,7 +81,8 @@ class System:
     numbers among those of the site; mass, stiffness (n, n): the parts that no parameter changes; terms: per
     role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its
     parameters; laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a robot that moves,
-    the only matrix without symmetry, or None.
+    the only matrix without symmetry, or None; driven: numbers of the joints, from 1, whose motors' torques
+    are inputs, so that nothing else holds their rotors.
     """
 
     site: Site
@@ -96,6 +97,7 @@ class System:
     laws: tuple[PlacedLaw, ...] = ()
     coriolis: Array | None = None
     compliances: Compliances | None = None
+    driven: frozenset[int] = frozenset()
 
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
         """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic
@@ -126,9 +128,36 @@ class System:
         """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per free coordinate."""
         return self.site.jacobian(frame, point, where)[:, self.free]
 
+    def motor(self, joint: int, where: str) -> Array:
+        """(n,): turn of a joint's motor at the gear output per free coordinate; InputError where no rotor
+        turns by itself in the model.
+        """
+        name = rotor(joint)
+        if name in self.site.coordinates and name not in self.coordinates:
+            found = (
+                f"channel joint{joint}:motor, but a rotor that is held fast, because its torque is no input"
+            )
+            raise InputError(where, found, "what holds it", "give `holding_stiffness: {}` in its effect")
+        if name not in self.coordinates:
+            effect = (
+                f"{{kind: rotor-inertia, joints: [{joint}], gear_ratio: [100], inertia: {{initial: 1.0e-4}},"
+            )
+            raise InputError(
+                where,
+                f"channel joint{joint}:motor, but no rotor of joint {joint} that turns by itself",
+                "a rotor in the model, with its friction",
+                f"add `- {effect} friction: {{}}}}` to `effects`, with the data sheet's values",
+            )
+        return np.asarray(np.array(self.coordinates) == name, dtype=float)
+
     def base_jacobian(self, frame: str, point: Array) -> Array:
         """(3, n): translation of a point (3,), m, of a frame, in the base's axes, per free coordinate."""
         return self.site.base_jacobian(frame, point, "points")[:, self.free]
+
+
+def rotor(joint: int) -> str:
+    """The coordinate of a joint's rotor, where it turns by itself."""
+    return f"joint{joint}.rotor"
 
 
 def build_site(
@@ -240,11 +269,20 @@ def free_coordinates(robot: Robot, effects: Sequence[Effect]) -> set[str]:
     return free
 
 
-def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array | None = None) -> System:
-    """The system at one posture, with joint rates (joints,), rad/s, if the robot moves; raises InputError
-    where nothing can move, or where two effects claim the same parameter.
+def assemble(
+    robot: Robot,
+    site: Site,
+    effects: Sequence[Effect],
+    rates: Array | None = None,
+    driven: frozenset[int] = frozenset(),
+) -> System:
+    """The system at one posture, with joint rates (joints,), rad/s, if the robot moves, and the torques of
+    the motors of some joints as inputs; raises InputError where nothing can move, or where two effects claim
+    the same parameter.
     """
+    loose = frozenset(rotor(joint) for joint in driven)
     names = free_coordinates(robot, effects)
+    names -= {name for effect in effects for name in effect.held_fast(robot)} - loose
     free = np.array([index for index, name in enumerate(site.coordinates) if name in names], dtype=int)
     if not free.size:
         raise InputError(
@@ -254,7 +292,7 @@ def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array |
             "add `kind: joint-compliance`",
         )
     by_effect = _terms(robot, site, effects)
-    every = [term for terms in by_effect for term in terms]
+    every = [_let_go(term, site, loose) for terms in by_effect for term in terms]
     last = np.cumsum([len(terms) for terms in by_effect])
     pick = np.ix_(free, free)
     stacks, factors = _reduce(every, pick)
@@ -274,7 +312,20 @@ def assemble(robot: Robot, site: Site, effects: Sequence[Effect], rates: Array |
         _placed(every),
         None if rates is None else _coriolis(site, rates)[pick],
         _compliant(every, free),
+        driven,
     )
+
+
+def _let_go(term: Term, site: Site, loose: frozenset[str]) -> Term:
+    """A term without the torques by which it holds a rotor that is loose."""
+    if term.holds not in loose:
+        return term
+    rest = 1.0 - site.vector(term.holds)
+
+    def without(matrix: Array | None) -> Array | None:
+        return None if matrix is None else matrix * np.outer(rest, rest)
+
+    return replace(term, stiffness=without(term.stiffness), damping=without(term.damping))
 
 
 def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:

@@ -27,8 +27,12 @@ def frf_paths(table: Path) -> list[Path]:
 
 
 def write_frfs(found: ModalAnalysis, table: Path) -> list[Path]:
-    """Both, beside the modal table, on the lines that were analysed; without pairs that were not measured."""
+    """Both, beside the modal table, on the lines that were analysed, without pairs that were not measured;
+    none where all are of motors.
+    """
     layout = found.layout
+    if any(all(channel.motor for channel in side) for side in (layout.responses, layout.references)):
+        return []
     rebuilt = np.where(np.isnan(layout.frf), np.nan, found.synthesised)
     paths = frf_paths(table)
     for path, frf, name in zip(paths, (layout.frf, rebuilt), ("measured", "rebuilt from modes"), strict=True):
@@ -50,12 +54,14 @@ def _frf_set(found: ModalAnalysis, frf: Complex, name: str) -> FrfSet:
 
 
 def write_tables(table: ModalTable, sensors: MeasuredGeometry | None, path: Path) -> list[Path]:
-    """The modal table as YAML, and shapes with their geometry as a universal file; nothing where no mode was
-    found.
+    """The modal table as YAML, and shapes with their geometry as a universal file, which has points alone;
+    nothing where no mode was found.
     """
     if not len(table):
         return []
     shapes = path.with_suffix(".uff")
     write_atomically(path, partial(write_modal_table, table=table))
+    if all(channel.motor is not None for channel in table.channels):
+        return [path]
     write_atomically(shapes, partial(write_shapes, table=table, geometry=sensors))
     return [path, shapes]

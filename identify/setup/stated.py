@@ -17,7 +17,7 @@ from identify.robot.engine import Engine
 from identify.robot.points import Point, check_links
 from identify.robot.read import read_robot
 from identify.setup.edits import Change, OnLink, edited
-from identify.vibration.given import Given, along_links, given_of, in_band, posture_of, read_as_they_are
+from identify.vibration.given import Given, as_modelled, given_of, in_band, posture_of, read_as_they_are
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Stand
 from identify.vibration.problem import Problem, already_built, assembled
@@ -103,7 +103,7 @@ class Stated:
             right = right.evenly(self.lines)
             posture = posture_of(self.study, settings, self.robot, number)
             given = Given(f"{number}", settings, posture, right)
-            yield along_links(given, self.robot, self.points)
+            yield as_modelled(given, self.study.effects, self.robot, self.points)
 
 
 def stated(problem: Problem) -> Stated:

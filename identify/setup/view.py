@@ -51,9 +51,13 @@ class Beside:
 
 
 def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
-    """Every measurement beside a fitted model."""
+    """Every measurement of translations beside a fitted model."""
     pairs = zip(score.problem.measurements, frf_targets(score.problem), strict=True)
-    return [_beside(m, target, score, points) for m, target in pairs]
+    return [
+        _beside(m, target, score, points)
+        for m, target in pairs
+        if any(0 < abs(one.direction) <= 3 for one in target.data.outputs)
+    ]
 
 
 def _beside(m: Measurement, target: FrfTarget, score: Score, points: Mapping[int, Point]) -> Beside:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from identify.core.config import validated
 from identify.core.errors import InputError
 from identify.core.yaml_input import parse_yaml
 from identify.fitting.tables import scale_of
+from identify.measured.channel import Channel
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.site import Site
@@ -26,6 +27,7 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.fitted_errors import Off, corrected, with_errors
+from identify.vibration.given import measurement_names
 from identify.vibration.study import Study
 from identify.vibration.study_points import study_points
 
@@ -36,7 +38,8 @@ class FittedModel:
     posture (joints,), rad, of the first measurement, and the band of the fit, Hz, where it had one.
 
     log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.  robot: as the
-    fit found it, where errors of what was told were fitted along; off: those errors.
+    fit found it, where errors of what was told were fitted along; off: those errors.  driven: joints whose
+    motors' torques were inputs, by name of the measurement.
     """
 
     robot: Robot
@@ -50,11 +53,12 @@ class FittedModel:
     posture: Array
     band_hz: tuple[float, float] | None
     off: Off | None = None
+    driven: Mapping[str, frozenset[int]] = field(default_factory=dict)
 
-    def system(self, posture: Array) -> System:
-        """The model at a posture (joints,), rad."""
+    def system(self, posture: Array, driven: frozenset[int] = frozenset()) -> System:
+        """The model at a posture (joints,), rad, with the motors of some joints driven."""
         site = build_site(self.robot, posture, self.effects, points=self.points, reference=self._first)
-        return assemble(self.robot, site, self.effects)
+        return assemble(self.robot, site, self.effects, driven=driven)
 
     def sensitivity(self, system: System, posture: Array) -> tuple[Factors, Array]:
         """What changes Z at a posture (joints,), rad, and a root (u, v) of the covariance of its u owners:
@@ -146,7 +150,22 @@ def fitted_model(result: FitResult, where: str) -> FittedModel:
         posture,
         study.band_hz,
         off,
+        _driven(study, result),
     )
+
+
+def _driven(study: Study, result: FitResult) -> dict[str, frozenset[int]]:
+    """Joints whose motors are driven, so that nothing else holds them, by name of the measurement."""
+    added = {
+        name
+        for name, one in zip(measurement_names(study.measurements), study.measurements, strict=True)
+        if one.motor_torque == "added"
+    }
+    return {
+        name: frozenset(motor for text in one.frf.input if (motor := Channel.parse(text).motor) is not None)
+        for name, one in result.measurements.items()
+        if one.frf is not None and name not in added
+    }
 
 
 def _described(study: Study, description: Description) -> tuple[Robot, dict[int, Point]]:

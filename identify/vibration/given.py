@@ -4,7 +4,7 @@ and their noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,12 +22,14 @@ from identify.measured.noise import with_noise, with_relative_noise, without_bia
 from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import dead, noise_alone, without
 from identify.measured.source import read_source
+from identify.model.effects.base import Effect
 from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.posture import at_posture
+from identify.vibration.motor_side import at_gear_outputs
 from identify.vibration.same_data import doubles
 from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, StudyFile
 
@@ -66,6 +68,13 @@ class Given:
         """Force channels."""
         return self.data.inputs if isinstance(self.data, FrfSet) else ()
 
+    @property
+    def driven(self) -> frozenset[int]:
+        """Joints whose motors are driven: all that holds their rotors is in the torque that is an input."""
+        if self.settings.motor_torque == "added":
+            return frozenset()
+        return frozenset(one.motor for one in self.inputs if one.motor is not None)
+
 
 def read_given(
     file: StudyFile, robot: Robot, known: Mapping[str, FrfSet], points: Mapping[int, Point]
@@ -83,15 +92,27 @@ def read_given(
         raise InputErrors(errors)
     told = zip(settings, names, postures, chosen, strict=True)
     given = collect([partial(given_of, *one) for one in told])
-    return [along_links(one, robot, points) for one in given]
+    return collect([partial(as_modelled, one, file.study.effects, robot, points) for one in given])
 
 
-def along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
-    """A measurement whose channels are along the links' axes, where its file has them along the base's."""
+def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: Mapping[int, Point]) -> Given:
+    """A measurement as the model has its channels: motors at the gear output, where the file tells them at
+    the shaft, and points along the links' axes, where it has them along the base's.
+    """
+    if not isinstance(given.data, FrfSet):
+        return given
+    if given.settings.motor_torque == "added" and not any(one.motor for one in given.inputs):
+        where = f"{given.name} motor_torque"
+        raise InputError(where, "no motor among the forces", "joint2:motor", "leave the key out")
+    told = given.settings.motor_side, effects, robot, given.name
+    return _along_links(replace(given, data=at_gear_outputs(given.data, *told)), robot, points)
+
+
+def _along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:
     if given.settings.correct.axes == "link" or not isinstance(given.data, FrfSet):
         return given
     engine, axes = Engine(at_posture(robot, given.posture)), dict[int, Array]()
-    for node in {one.node for one in (*given.data.outputs, *given.data.inputs)}:
+    for node in {one.node for one in (*given.data.outputs, *given.data.inputs) if one.motor is None}:
         if node not in points:
             raise InputError(given.name, f"channels of point {node}", "a point of the points file")
         axes[node] = base_axes(engine, points[node])

@@ -39,12 +39,13 @@ def misfit(result: FitResult, model: FittedModel) -> Array:
     """
     owners = _stiffnesses(model.system(model.posture))
     powers, slopes, noise = [np.zeros(0)], [np.zeros((0, len(owners)))], [np.zeros(0)]
-    for one in result.measurements.values():
+    for name, one in result.measurements.items():
         if one.use != "fit" or one.frf is None or not owners.size:
             continue
         left = np.abs(one.frf.measured - one.frf.fitted) ** 2
         known = np.zeros_like(left) if one.frf.noise is None else 2 * one.frf.noise**2
-        slope = _slopes(model, np.deg2rad(one.posture_deg), one.frf, owners)
+        system = model.system(np.deg2rad(one.posture_deg), model.driven.get(name, frozenset()))
+        slope = _slopes(model, system, one.frf, owners)
         kept = np.isfinite(left) & (left + known > 0)
         powers.append(left[kept])
         noise.append(known[kept])
@@ -92,9 +93,8 @@ def _stiffnesses(system: System) -> Index:
     return np.unique(factors.owner[(factors.power == 0) & (np.asarray(factors.weight).real != 0)])
 
 
-def _slopes(model: FittedModel, posture: Array, frf: FrfComparison, owners: Index) -> Array:
+def _slopes(model: FittedModel, system: System, frf: FrfComparison, owners: Index) -> Array:
     """|dH / d ln k|^2 (lines, pairs, owners) of measured FRFs, without what instruments do to them."""
-    system = model.system(posture)
     outputs, inputs = (tuple(dict.fromkeys(texts)) for texts in (frf.output, frf.input))
     out, force = (
         channel_rows(system, model.points, tuple(map(Channel.parse, texts)), "misfit")

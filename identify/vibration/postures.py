@@ -48,17 +48,19 @@ class Postures:
         self.angles = angles
         self._robot, self._points, self._effects = robot, points, effects
         self._engines, self._sites = dict(built.engines), dict(built.sites)
-        self._systems: dict[tuple[Stand, bytes], System] = {}
+        self._systems: dict[tuple[Stand, bytes, frozenset[int]], System] = {}
         self.first = built.first or self._site(first, None, None)
 
-    def system(self, posture: Array, detached: str | None, rates: Array | None) -> System:
+    def system(
+        self, posture: Array, detached: str | None, rates: Array | None, driven: frozenset[int] = frozenset()
+    ) -> System:
         """At a posture (joints,), rad, with links from `detached` on taken off, moving at rates (joints,),
-        rad/s.
+        rad/s, with the torques of the motors of some joints, from 1, as inputs.
         """
-        key = stand(posture, detached), b"" if rates is None else rates.tobytes()
+        key = stand(posture, detached), b"" if rates is None else rates.tobytes(), driven
         if key not in self._systems:
             site = self._site(posture, detached, self.first)
-            self._systems[key] = assemble(self._robot, site, self._effects, rates)
+            self._systems[key] = assemble(self._robot, site, self._effects, rates, driven)
         return self._systems[key]
 
     def _site(self, posture: Array, detached: str | None, first: Site | None) -> Site:

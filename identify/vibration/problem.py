@@ -341,7 +341,7 @@ def _measurement(
 ) -> Measurement:
     speed = given.settings.speed_deg_per_s
     rates = None if speed is None else postures.angles.rates(speed)
-    system = postures.system(given.posture, given.settings.detached, rates)
+    system = postures.system(given.posture, given.settings.detached, rates, given.driven)
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))

@@ -35,6 +35,7 @@ name: {{ name }}                     # names the result file in reports/
 robot: { {{- robot_key }}: {{ robot }}{{ robot_keys }}}
     # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
 {{ from_ground -}}
+{{ no_points -}}
 points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
 measurements:
 {%- for m in measurements %}
@@ -68,6 +69,13 @@ effects:                             # the physics of the model; one line per ef
     axes: [rz]                       # rz: about the joint's own axis; rx, ry: tilt; tx, ty: radial; tz: axial
     # stiffness: {initial: [1.0e+6, ...], bounds: [1.0e+4, 1.0e+8]}   # N m/rad; default: from inertia
     # damping: {damping_ratio: 0.03}
+{%- if motors %}
+  - kind: rotor-inertia              # the motors in the data: they turn by themselves, and the gears wind up
+    joints: {{ motors }}
+    gear_ratio: null                 # FILL IN: motor turns per joint turn, one per joint
+    inertia: {initial: null}         # FILL IN: of each rotor on the motor side, kg m^2, from its data sheet
+    friction: {}
+{%- endif %}
   # - {kind: base-compliance, axes: [rx, ry]}
   # - {kind: pre-trigger}            # records begin before the impact; slow modes ring on beyond their end
 {{ uncertainty }}              # masses, sensors, gains and angles are not quite as told; or `careful`
@@ -115,6 +123,7 @@ def write_starter(
     entries = [_measurement(files, folder, told, read, len(described.joints)) for files in groups]
     entries = entries or [_Entry("file", "null", "   # FILL IN: the FRFs that were measured")]
     bands = [entry.band for entry in entries if entry.band]
+    nodes = {node for entry in entries for node in entry.nodes}
     points = points or robot.parent / "points.csv"
     text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
         name=out.stem if out.stem != "config" else _name(robot),
@@ -125,6 +134,8 @@ def write_starter(
         uncertainty=f"uncertainty: {new.uncertainty}" if new.uncertainty else "# uncertainty: typical",
         last_link=described.links[-1].name,
         points=relative(points, folder),
+        motors=sorted({-node for node in nodes if node < 0}),
+        no_points="# " if nodes and max(nodes) < 0 else "",
         measurements=entries,
         posture=list(posture),
         zeros=[0.0] * len(described.joints),
@@ -160,7 +171,7 @@ def _points_to_write(
     robot: Path, told: Told, data: list[Path], points: Path, entries: list[_Entry]
 ) -> list[str]:
     """That the file of points is missing, which nodes it has to have, and what makes it."""
-    nodes = sorted({node for entry in entries for node in entry.nodes})
+    nodes = sorted({node for entry in entries for node in entry.nodes if node > 0})
     if points.exists() or not nodes:
         return []
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")

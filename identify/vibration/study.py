@@ -109,6 +109,16 @@ class MeasurementSettings(FrfFileOptions):
     noise: Literal["coherence"] | RelativeNoise = Field(
         "coherence", description="`coherence` (with `averages`), or {relative: 0.02}"
     )
+    motor_side: list[Literal["torque", "motion"]] = Field(
+        [],
+        description="what of `joint2:motor` is told at the motor's shaft: [torque, motion] or one of them,"
+        " with the `gear_ratio` of its effect; default: all at the gear output",
+    )
+    motor_torque: Literal["total", "added"] = Field(
+        "total",
+        description="`total`: all that each motor exerts, as its controller logs it, so that nothing else"
+        " holds its rotor; `added`: a torque beside that of a controller that goes on holding",
+    )
     use: Literal["fit", "validate"] = Field("fit", description="`validate`: never fitted, only predicted")
 
     @model_validator(mode="after")
@@ -122,6 +132,7 @@ class MeasurementSettings(FrfFileOptions):
         """Keys that would do nothing beside what is measured are refused."""
         if self.modes is not None:
             beside, keys = "modes", {"repeats", "estimate", "noise", "impact", "correct"}
+            keys |= {"motor_side", "motor_torque"}
             keys |= {*FrfFileOptions.model_fields}
         elif self.estimate is not None:
             beside, keys = (

@@ -73,8 +73,8 @@ def by_residuals(
 
 @dataclass(frozen=True)
 class Information:
-    """J'J, the variance of the scores J'e (f, f) each, how many real numbers were measured; of each force of
-    each posture its own J'J, parts (b, f, f), and scores (b, f).
+    """J'J, the variance of the scores J'e (f, f) each, how many real numbers were measured; of each force but
+    of motors of each posture its own J'J, parts (b, f, f), and scores (b, f).
     """
 
     product: Array
@@ -299,9 +299,11 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
             column = target.pairs[1] == entry
             slopes, residual = j[:, column], e[:, column]
             variance += score_variance(residual, slopes, common[:, column])
-            parts.append(_outer(slopes, slopes))
-            scores.append(np.einsum("lof,lo->f", np.conj(slopes), residual).real)
-            product += parts[-1]
+            outer = _outer(slopes, slopes)
+            product += outer
+            if target.data.inputs[entry].motor is None:  # a motor's torque cannot be held askew
+                parts.append(outer)
+                scores.append(np.einsum("lof,lo->f", np.conj(slopes), residual).real)
     variance *= count / max(1, count - len(free))
     for modal in targets.modal:
         residuals, by_value = _modal_residuals(modal, values, free)

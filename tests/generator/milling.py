@@ -38,7 +38,9 @@ class Arm:
 
 @dataclass(frozen=True)
 class Cut:
-    """A cut: teeth, angles of entry and exit, rad, from the normal of the feed, Kt, Kr, Ka, N/m^2."""
+    """A cut: teeth, angles of entry and exit, rad, from the normal of the feed, Kt, Kr, Ka, N/m^2; pitches
+    (teeth,), rad, from each tooth to the one before it where uneven (for `growth` and `limit`).
+    """
 
     teeth: int
     entry: float
@@ -46,29 +48,41 @@ class Cut:
     kt: float
     kr: float
     ka: float = 0.0
+    pitches: tuple[float, ...] = ()
+
+    def behind(self, steps: int) -> np.ndarray:
+        """How many steps, so many to a turn, each tooth cuts behind the one before it."""
+        pitches = np.array(self.pitches or (2 * np.pi / self.teeth,) * self.teeth)
+        return np.round(pitches / (2 * np.pi) * steps).astype(int)
 
 
-def growth(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float) -> np.ndarray:
-    """Growth rates (depths,), 1/s, of the tip's vibration, between the second and the last quarter."""
-    steps = 60  # of a tooth period
+def growth(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float, steps: int = 60) -> np.ndarray:
+    """Growth rates (depths,), 1/s, of the tip's vibration, between the second and the last quarter; steps: of
+    a tooth period, or its mean.
+    """
     period = 60 / (cut.teeth * rpm)
     h, count = period / steps, int(np.ceil(seconds / period)) * steps
     to_force, slow, stiff = arm.accelerations()
     rng = np.random.default_rng(0)
     q = rng.normal(size=(len(depths), len(arm.mass))) * 1e-3 / np.sqrt(np.abs(np.diag(arm.stiffness)))
     v = np.zeros_like(q)
-    past = np.zeros((steps, len(depths), 3))
+    turn = cut.teeth * steps
+    behind = cut.behind(turn)
+    assert behind.sum() == turn
+    places = -np.cumsum(behind)
+    past = np.zeros((turn, len(depths), 3))
     past[:] = q @ arm.tip.T
     accel = np.zeros_like(q)
     size = np.empty((count, len(depths)))
     pitch = 2 * np.pi / cut.teeth
     for k in range(count):
         q = q + h * v + h * h / 2 * accel
-        now, before = q @ arm.tip.T, past[k % steps].copy()
-        past[k % steps] = now
+        now = q @ arm.tip.T
+        past[k % turn] = now
         force = np.zeros_like(now)
-        for tooth in range(cut.teeth):
-            begin = (k + tooth * steps) % (cut.teeth * steps) * pitch / steps
+        for place, late in zip(places, behind, strict=True):
+            before = past[(k - late) % turn]
+            begin = (k + place) % turn * pitch / steps
             low, high = max(begin, cut.entry), min(begin + pitch / steps, cut.exit)
             if high > low:  # for that part of the step
                 s, c = np.sin((low + high) / 2), np.cos((low + high) / 2)
@@ -90,9 +104,9 @@ def growth(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float) -
     return np.asarray((late - early) / (2.0 * quarter * h))
 
 
-def limit(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float) -> float:
+def limit(arm: Arm, cut: Cut, rpm: float, depths: np.ndarray, seconds: float, steps: int = 60) -> float:
     """The depth, m, at which the vibration begins to grow, between rising depths; NaN outside of them."""
-    rates = growth(arm, cut, rpm, depths, seconds)
+    rates = growth(arm, cut, rpm, depths, seconds, steps)
     rising = np.flatnonzero(rates > 0)
     if not rising.size or rising[0] == 0:
         return float("nan")

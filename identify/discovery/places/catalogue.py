@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from identify.core.arrays import Array
+from identify.measured.channel import Channel
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
@@ -85,6 +86,12 @@ def _triple(point: Array) -> tuple[float, float, float]:
     return float(point[0]), float(point[1]), float(point[2])
 
 
+def _motor(node: int) -> str:
+    """The channel of a motor, by its node; empty of what is none."""
+    motor = Channel(node, 6)
+    return str(motor) if motor.motor else ""
+
+
 def _readings(problem: Problem) -> Iterator[Place]:
     yield Column()
     targets = [m.target for m in problem.measurements if isinstance(m.target, FrfTarget)]
@@ -92,7 +99,7 @@ def _readings(problem: Problem) -> Iterator[Place]:
         yield Column(str(channel))
     outputs = sorted({c.place for t in targets for c in t.data.outputs})
     for node in sorted({node for node, _ in outputs}):
-        name = problem.points[node].name if node in problem.points else ""
+        name = problem.points[node].name if node in problem.points else _motor(node)
         directions = [direction for other, direction in outputs if other == node]
         for direction in directions:
             yield Rows(node, (direction,), name)

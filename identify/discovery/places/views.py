@@ -178,7 +178,7 @@ def _view(problem: Problem, m: Measurement, keys: dict[tuple[float, complex], in
         m.system.site.engine,
     )
     every = Unlocked(names=site.coordinates)
-    system = assemble(problem.robot, site, [*effects, every])
+    system = assemble(problem.robot, site, [*effects, every], driven=m.system.driven)
     level = 0.0 if m.given.impact is None else m.given.impact.peak
     lines = [keys.setdefault((level, complex(s)), len(keys)) for s in target.data.s]
     known = np.array([system.coordinates.index(name) for name in m.system.coordinates], dtype=int)

@@ -69,7 +69,7 @@ def _of_measurement(problem: Problem) -> list[Effect]:
         {str(Channel(channel.node, abs(channel.direction))) for one in data for channel in one.inputs}
     )
     kinds = {effect.kind for effect in problem.file.study.effects}
-    wanted: list[Effect] = [SensorMatrix(points=list(nodes))]
+    wanted: list[Effect] = [SensorMatrix(points=list(nodes))] if nodes else []
     wanted += [FrfGain(force=force) for force in forces]
     wanted.append(TimeDelay())
     return [effect for effect in wanted if effect.kind not in kinds]

@@ -217,15 +217,17 @@ def _dataset55(table: ModalTable, r: int) -> str:
 
 
 def _per_node(table: ModalTable) -> int:
-    largest = max(abs(channel.direction) for channel in table.channels)
+    largest = max(abs(channel.direction) for channel in table.channels if channel.motor is None)
     return 1 if largest == 0 else 3 if largest <= 3 else 6
 
 
 def _by_node(table: ModalTable, r: int, per_node: int) -> dict[int, Complex]:
-    """Values of each node along its positive axes, 0 where not measured."""
+    """Values of each node along its positive axes, 0 where not measured; motors have none."""
     assert table.shapes is not None
     values: dict[int, Complex] = {}
     for channel, value in zip(table.channels, table.shapes[r], strict=True):
+        if channel.motor is not None:
+            continue
         place = 0 if per_node == 1 else channel.axis
         values.setdefault(channel.node, np.zeros(per_node, dtype=complex))[place] = channel.sign * value
     return dict(sorted(values.items()))

@@ -20,13 +20,15 @@ _LABELS = ("Displacement", "Velocity", "Acceleration")
 
 
 def write_uff58(path: Path, frf_set: FrfSet, binary: bool = False) -> None:
-    """Write all measured pairs in SI units.
+    """Write all measured pairs in SI units, but those of motors, which the format has no place for.
 
     Binary files keep every bit.  ASCII keeps 13 digits of the values (E20.12), and about 10 of the
     frequencies, as 13 columns allow.
     """
     parts: list[bytes] = []
     for i, j in product(range(len(frf_set.outputs)), range(len(frf_set.inputs))):
+        if frf_set.outputs[i].motor or frf_set.inputs[j].motor:
+            continue
         if not np.isnan(frf_set.frf[:, i, j]).all():
             parts.append(_dataset(frf_set, (i, j), frf_set.frf[:, i, j], binary))
             if frf_set.coherence is not None and not np.isnan(frf_set.coherence[:, i, j]).all():

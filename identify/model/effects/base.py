@@ -78,7 +78,8 @@ class Term:
     torque that it is a parameter of; those of one torque follow each other in the order of its law.
     compliance: symmetric, positive semidefinite; the parameter c is the compliance of a spring with
     stiffness pinv(c * compliance), and the next term's parameter is its retardation time, damping over
-    stiffness, s (`identify.model.compliant`).
+    stiffness, s (`identify.model.compliant`).  holds: the rotor that it holds as a controller or a brake
+    does, which is no part of the model where the torque of that motor is an input.
     """
 
     parameter: Parameter
@@ -88,6 +89,7 @@ class Term:
     hysteretic: Array | None = None
     torque: Torque | None = None
     compliance: Array | None = None
+    holds: str | None = None
 
     @property
     def quantity(self) -> Quantity | None:
@@ -176,6 +178,10 @@ class Effect(BaseModel, ABC):
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """The coordinates that this effect lets move; none by default: it acts on those that others free."""
+        return []
+
+    def held_fast(self, robot: Robot) -> list[str]:
+        """Those of its free coordinates, of rotors, that stand still but where their motor is driven."""
         return []
 
     def places(self, robot: Robot, points: Mapping[int, Point]) -> list[Place]:

@@ -1,4 +1,8 @@
-"""Motors behind gears: the common part of rotor inertia and servo loops."""
+"""Motors behind gears: the common part of rotor inertia and servo loops.
+
+What holds a rotor, a controller or a brake, acts by the motor's torque: where that torque is an input, as
+logged, the rotor is free (`Term.holds`, `held_fast`), and only its friction is left.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +22,11 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.settings import Ratio
 
+_CORNER_HZ = 1.0
+"""Without a start value, friction and inertia weigh the same at this frequency: a free drive runs out within
+some tenths of a second.
+"""
+
 
 class Geared(Effect, ABC):
     """Motors of some joints with their gear ratios and rotors."""
@@ -26,6 +35,12 @@ class Geared(Effect, ABC):
     gear_ratio: list[Ratio] = Field(min_length=1, description="motor turns per joint turn, one per joint")
     inertia: Values = Field(
         Values(), description="on the motor side, kg m^2; `fixed: true` where a data sheet says it"
+    )
+
+    friction: Values | None = Field(
+        None,
+        description="viscous friction of each motor, N m s/rad at the gear output; makes each rotor a"
+        " coordinate of its own, `joint2:motor` of measurements; default start: a corner at 1 Hz",
     )
 
     @model_validator(mode="after")
@@ -62,4 +77,17 @@ class Geared(Effect, ABC):
         return [
             Term(parameter(name, "kg m^2", start, self.inertia, key), mass=ratio**2 * unit)
             for name, start, ratio, unit in zip(names, starts, self.gear_ratio, units, strict=True)
+        ]
+
+    def friction_terms(self, robot: Robot, units: Sequence[Array], moved: Array, where: str) -> list[Term]:
+        """The friction of rotors whose coordinates have the matrices (n, n) `units` and move the inertias
+        (rotors,), kg m^2 at the gear output; none where none is stated.
+        """
+        if self.friction is None:
+            return []
+        key, names = f"{where}.friction", [f"joint{number}.rotor.friction" for number in self.numbers(robot)]
+        starts = spread(self.friction, 2 * np.pi * _CORNER_HZ * moved, key)
+        return [
+            Term(parameter(name, "N m s/rad", start, self.friction, key), damping=unit)
+            for name, start, unit in zip(names, starts, units, strict=True)
         ]

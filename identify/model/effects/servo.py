@@ -124,9 +124,12 @@ class Servo(Geared):
         return [f"joint{n}.{what}" for what in ("rotor", "servo") for n in self.numbers(robot)]
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
-        """Inertia per rotor; then velocity gain per rotor: n^2 times the rows of rotor and controller."""
+        """Inertia per rotor, then friction; then velocity gain per rotor: n^2 times the rows of rotor and
+        controller.
+        """
         numbers, squares, values = self.numbers(robot), np.square(self.gear_ratio), self.velocity_gain
-        rotors = self.rotor_terms(robot, [site.unit(f"joint{n}.rotor") for n in numbers], where)
+        units = [site.unit(f"joint{n}.rotor") for n in numbers]
+        rotors = self.rotor_terms(robot, units, where)
         turning = np.array([site.inertia(f"joint{n}.rotor") for n in numbers]) / squares
         own = np.array([term.parameter.initial for term in rotors])
         gains = spread(values, 2 * np.pi * _VELOCITY_HZ * (turning + own), f"{where}.velocity_gain")
@@ -135,8 +138,10 @@ class Servo(Geared):
             name, key = f"joint{number}.servo", f"{where}.velocity_gain"
             rows = np.array([site.vector(f"joint{number}.rotor"), site.vector(name)])
             blocks = [square * rows.T @ block @ rows for block in _blocks(*loop)]
-            terms.append(Term(parameter(f"{name}.velocity_gain", "N m s/rad", gain, values, key), *blocks))
-        return rotors + terms
+            gained = parameter(f"{name}.velocity_gain", "N m s/rad", gain, values, key)
+            stiffness, damping, mass = blocks
+            terms.append(Term(gained, stiffness, damping, mass, holds=f"joint{number}.rotor"))
+        return rotors + self.friction_terms(robot, units, squares * (turning + own), where) + terms
 
 
 def _blocks(position: float, integral: float, current: float) -> tuple[Array, Array, Array]:

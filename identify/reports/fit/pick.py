@@ -11,6 +11,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Index
 from identify.fitting.uncertainty import BOUNDS
+from identify.measured.channel import Channel
 from identify.results.fit import FrfComparison, MeasurementResult, ModePairs
 from identify.results.tables import Geometry, ParameterTable
 
@@ -177,6 +178,6 @@ def ways(g: Geometry, channels: Sequence[str]) -> dict[str, tuple[int, Array]]:
 
 
 def _key(channel: str) -> tuple[int, str, str]:
-    """Node, axis and sign of `12:+Z`, for ordering and comparing."""
-    node, _, axis = channel.partition(":")
-    return int(node), axis.lstrip("+-"), axis[:1]
+    """Node, axis and sign of `12:+Z` or `joint2:motor`, for ordering and comparing."""
+    axis = channel.partition(":")[2]
+    return Channel.parse(channel).node, axis.lstrip("+-"), axis[:1]

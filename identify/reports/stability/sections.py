@@ -35,7 +35,7 @@ def report(result: StabilityResult) -> Report:
         Section(
             "tip",
             "Receptance of the tip",
-            [tip, Tabular(tables.mode_table(result))],
+            [tip, *([Tabular(tables.mode_table(result))] if len(result.mode_hz) else [])],
             "Tip",
             plots[2].data(),
             SCRIPTS,

@@ -110,16 +110,17 @@ def mode_table(result: StabilityResult) -> Table:
 
 def place_table(result: StabilityResult) -> Table:
     """Where the tool is, and how it looks."""
-    rows = [("tip (m)", *map(number, result.tip_m))]
+    rows = [("tip (m)", *map(number, result.tip_m))] if result.joints else []
     rows += [
         (name, *(number(value, 3) for value in np.round(axis, 9)))
         for name, axis in zip(_AXES, result.axes, strict=True)
     ]
-    heads = (words("In the base's axes"), Column("x"), Column("y"), Column("z"))
+    whose = "base's" if result.joints else "file's"
+    heads = (words(f"In the {whose} axes"), Column("x"), Column("y"), Column("z"))
     angles = ", ".join(f"{angle:.4g}" for angle in result.posture_deg)
     kt, kr, ka = (f"{value / 1e6:.4g}" for value in result.cutting)
+    stand = f"Joints at ({angles})°. " if result.joints else ""
     note = (
-        f"Joints at ({angles})°. Cutting coefficients {kt} (tangential), {kr} (radial), {ka} (axial) N/mm²:"
-        f" {result.source}."
+        f"{stand}Cutting coefficients {kt} (tangential), {kr} (radial), {ka} (axial) N/mm²: {result.source}."
     )
-    return Table("The tool on the robot", heads, tuple(rows), note)
+    return Table("The tool on the robot" if result.joints else "The tool", heads, tuple(rows), note)

@@ -146,7 +146,7 @@ def shifted(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """All points one number on, or back: their sensors, or all that is said of them."""
     views = beside(plain, stated.points)
     nodes = _nodes(views)
-    for step, word in ((1, "higher"), (-1, "lower")):
+    for step, word in ((1, "higher"), (-1, "lower")) if views else ():
         moved = {node: nodes[(n + step) % len(nodes)] for n, node in enumerate(nodes)}
         sentence = f"all points are really the next {word} ones"
         yield Hypothesis("points-shifted", sentence, merged(stated, "nodes", moved), "shift")

@@ -62,11 +62,14 @@ def needed_channels(data: FrfSet, system: System, points: Mapping[int, Point]) -
 def channel_rows(
     system: System, points: Mapping[int, Point], channels: tuple[Channel, ...], where: str
 ) -> Array:
-    """(channels, n): motion of each channel per released coordinate; a channel without a point is an
-    InputError.
+    """(channels, n): motion of each channel per released coordinate; a channel without a point, or of a
+    motor that the model does not have, is an InputError.
     """
     rows, turned = [], dict[int, Array]()
     for channel in channels:
+        if channel.motor is not None:
+            rows.append(channel.sign * system.motor(channel.motor, where))
+            continue
         if channel.node not in points:
             raise InputError(
                 where,

@@ -247,7 +247,7 @@ def _of_postures(settings: UncertaintySettings, robot: Robot, tested: Sequence[T
 def _of_measurements(settings: UncertaintySettings, tested: Sequence[Tested]) -> Iterator[Nuisance]:
     std = float(np.radians(settings.std("impacts", "direction_deg")))
     for one in tested:
-        for channel in one.inputs:
+        for channel in (channel for channel in one.inputs if channel.motor is None):
             for axis in sorted({0, 1, 2} - {channel.axis % 3}):
                 place = f"{one.name} {channel}"
                 yield Nuisance("impact", place, f"r{'xyz'[axis]}", std, "rad", lasting=False)

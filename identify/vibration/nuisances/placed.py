@@ -17,6 +17,8 @@ from identify.model.system import System
 from identify.robot.points import Point
 from identify.vibration.nuisances.nuisance import FORCE, IMPACTS, Key, Nuisances, Slot, posture_name, unsigned
 
+_ABOUT_Z = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+
 
 @dataclass(frozen=True, eq=False)
 class Ends:
@@ -69,10 +71,11 @@ def place(
     forms: Sequence[Form] = (),
 ) -> Placed:
     """The nuisances of a measurement at a posture (joints,), rad; channels: responses, then forces; forms: of
-    the system's effects.
+    the system's effects.  A motor is a point that only turns, about its own z, wherever it is.
     """
     own = basis_points(points)
-    nodes = {point.node: number for number, point in enumerate(own)}
+    motors = sorted({-channel.motor for some in channels for channel in some if channel.motor})
+    nodes = {node: number for number, node in enumerate([*(point.node for point in own), *motors])}
     outputs, inputs = (_ends(some, nodes) for some in channels)
     joints = range(1, len(posture) + 1)
     angles: list[Key] = [("joint", posture_name(posture), f"joint{number}") for number in joints]
@@ -82,10 +85,14 @@ def place(
     known += [("form", form.place, name) for form in uncertain for name, _ in form.errors]
     there = reduced(basis, system.site.shapes[:, system.free])
     changes = (change for form in uncertain for change in _changes(form, system, own))
+    size, every = len(own) + len(motors), [*(str(p.node) for p in own), *map(str, motors)]
+    still = [_beside_motors(change, len(motors)) for change in (*there.geometry, *changes)]
+    motion = [system.jacobian(p.link, p.position) for p in own]
+    turning = [np.outer(_ABOUT_Z, system.motor(-motor, name)) for motor in motors]
     return Placed(
-        replace(there, geometry=(*there.geometry, *changes)),
-        np.array([system.jacobian(p.link, p.position) for p in own]).reshape(len(own), 6, len(system.free)),
-        np.array([point.axes for point in own]).reshape(len(own), 3, 3),
+        replace(there, geometry=tuple(still)),
+        np.array([*motion, *turning]).reshape(size, 6, len(system.free)),
+        np.array([*(point.axes for point in own), *[np.eye(3)] * len(motors)]).reshape(size, 3, 3),
         outputs,
         inputs,
         nuisances.slot(
@@ -93,8 +100,8 @@ def place(
             (len(basis.links), len(CHANGES)),
         ),
         nuisances.slot(known, (len(known),)),
-        nuisances.slot([("point", str(p.node), x) for p in own for x in "xyz"], (len(own), 3)),
-        nuisances.slot([("point", str(p.node), f"r{x}") for p in own for x in "xyz"], (len(own), 3)),
+        nuisances.slot([("point", node, x) for node in every for x in "xyz"], (size, 3)),
+        nuisances.slot([("point", node, f"r{x}") for node in every for x in "xyz"], (size, 3)),
         nuisances.slot([("channel", unsigned(c), "gain") for c in channels[0]], (len(channels[0]),)),
         nuisances.slot(
             [("impact", f"{name} {c}", f"r{x}") for c in channels[1] for x in "xyz"], (len(channels[1]), 3)
@@ -104,6 +111,12 @@ def place(
         nuisances.slot([("blow", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
         nuisances.slot([("blow", IMPACTS, "duration")], ()),
     )
+
+
+def _beside_motors(change: Geometry, motors: int) -> Geometry:
+    """The same with so many motors beside the points, whose turns no geometry changes."""
+    still = np.zeros((motors, *change.motion.shape[1:]))
+    return replace(change, motion=np.concatenate([change.motion, still])) if motors else change
 
 
 def _changes(form: Form, system: System, points: Sequence[Point]) -> Iterator[Geometry]:
