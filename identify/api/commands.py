@@ -429,9 +429,10 @@ def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterato
     from identify.measured.frf_records import FrfFileOptions
     from identify.robot.chain import Choice
     from identify.robot.mesh_body import Wanted
-    from identify.vibration.starter import write_starter
+    from identify.vibration.starter import check_new, write_starter
     from identify.vibration.starter_robot import Told
 
+    check_new(options.out)
     yield from _points_found(robot, data, options)
     files = FrfFileOptions(columns=columns_of(options.columns), names=options.names)
     motors, held = pairs_of(options.motor, "--motor"), pairs_of(options.lock, "--lock")

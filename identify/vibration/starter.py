@@ -94,6 +94,12 @@ class Starter:
     to_do: list[str]
 
 
+def check_new(out: Path) -> None:
+    """Raise InputError for a config that exists."""
+    if out.exists():
+        raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
+
+
 def write_starter(
     robot: Path,
     data: list[Path],
@@ -108,8 +114,7 @@ def write_starter(
 
     InputError for a file that exists, which is kept, and for one that cannot be read.
     """
-    if out.exists():
-        raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
+    check_new(out)
     folder = out.resolve().parent
     of_robot = told_of_robot or Told()
     new = new_robot(robot, folder, of_robot)

@@ -70,8 +70,10 @@ class WriteBack:
 
     @property
     def robot(self) -> Path:
-        """The robot's description."""
-        return self.folder / self._described.name
+        """The robot's description; what was a xacro has no macros any more."""
+        name = self._described.name
+        expanded = f"{name.removesuffix('.xacro').removesuffix('.urdf')}.urdf"
+        return self.folder / (expanded if name.endswith(".xacro") else name)
 
     @property
     def points(self) -> Path | None:

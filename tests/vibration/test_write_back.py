@@ -294,4 +294,5 @@ uncertainty: careful
     back = write_back.WriteBack(read_study(path), tmp_path / "new")
     said = yaml.safe_load(back._study_text(cast(Any, found), cast(Any, None)))["robot"]
     kept = {"tip": "arm", "lock": {"lift": 1.2}, "mounted_rpy_deg": [180, 0, 0], "mass_kg": 9}
-    assert said == {"urdf": "rail.xacro", **kept}
+    assert said == {"urdf": "rail.urdf", **kept}
+    assert back.robot == tmp_path / "new" / "rail.urdf"

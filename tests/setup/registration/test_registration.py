@@ -177,6 +177,11 @@ def test_init_finds_points_from_the_geometry_beside_the_frfs(tmp_path: Path) -> 
     assert _errors(test, points)[0] >= 0.95
     assert f"posture_deg: [{test.stated[0]:.3f}" in config.read_text()
     assert "write" not in shown.output.split("wrote")[-1], "points are there"
+    points.unlink()
+    again = CliRunner().invoke(app, [*words, "--posture", test.posture])
+    assert again.exit_code == 2
+    assert "the file exists" in again.output
+    assert not points.exists(), "nothing is written beside a config that is kept"
 
 
 def test_init_goes_on_where_the_robot_has_no_surface(tmp_path: Path) -> None:
