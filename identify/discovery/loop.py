@@ -99,15 +99,17 @@ def _found(bench: ImpactWorkbench, story: Story) -> tuple[Selection[Effect, Tria
 
 
 def _settles(together: Selection[Effect, Trial]) -> bool:
-    """Whether no search is needed: few effects that leave noise alone, or more than one by one could find.
+    """Whether no search is needed: few effects that leave noise alone, or more of the structure than one by
+    one could find.
 
-    Bodies on several links, or what entered by a shape beside others, can stand for one effect that the
-    dense model does not have.
+    Bodies on several links, what entered by a shape beside others, or wrong instruments where something stays
+    open, can stand for one effect that the dense model does not have.
     """
     kinds = [one.effect.kind for one in together.options]
+    of_structure = sum(not one.effect.of_measurement for one in together.options)
     shapes = any(kind in _SHAPES for kind in kinds) and len(kinds) > 1
     few = closed(together.final) and not shapes and kinds.count("added-mass") < _SEVERAL
-    return few or len(kinds) > _MANY
+    return few or of_structure > _MANY
 
 
 def _likelier(bench: ImpactWorkbench, one: Trial, other: Trial) -> bool:

@@ -82,8 +82,8 @@ class Beside:
 
 
 def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
-    """All that the catalogue has of such effects beside a dense fit of a problem, the best first, each
-    once.
+    """All that the catalogue has of such effects beside a dense fit of a problem, of each kind the likeliest:
+    what gains most less half ln N for each parameter (Schwarz 1978), the best first.
     """
     sets, measured = beside.sets, problem.measurements
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
@@ -94,7 +94,10 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
         parts = each(partial(_crossed, shapes=shapes), list(zip(sets, systems, strict=True)))
         crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
         found += _best(some, shapes, model, (crossed, own, pull), beside)
-    return sorted(found, key=lambda one: -one.gain)
+    price, of_kind = 0.5 * float(np.log(beside.fit.count)), dict[str, Candidate]()
+    for one in sorted(found, key=lambda one: price * len(one.values) - one.gain):
+        of_kind.setdefault(one.effect.kind, one)
+    return list(of_kind.values())
 
 
 @dataclass(frozen=True)

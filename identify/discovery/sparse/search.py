@@ -120,15 +120,27 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
     for _ in range(most):
         if found.gap < CLOSED or story.late:
             break
-        trials = sorted(_trials(found), key=lambda one: -one[0])[:_TRIED]
-        fitted = [_tried(found, one) for one in trials if one[0] > _PAYS * price]
-        best = min(fitted, key=_objective, default=found)
+
+        def cost(fit: Found) -> float:
+            return fit.objective + price * len(fit.x)
+
+        fitted = [_tried(found, one) for one in _worth(list(_trials(found)), _PAYS * price)]
+        best = min(fitted, key=cost, default=found)
         if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
             break
         new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
         found = best
     return found
+
+
+def _worth(trials: Sequence[Trial], least: float) -> list[Trial]:
+    """Those that gain most, and what gains most for each of its parameters: by first order large effects
+    gain less than they do, and what says the same with few parameters would not be seen behind many.
+    """
+    most = sorted((one for one in trials if one[0] > least), key=lambda one: -one[0])
+    sized = [one for one in most if one[2] and one not in most[:_TRIED]]
+    return [*most[:_TRIED], *sorted(sized, key=lambda one: -one[0] / len(one[2]))[:1]]
 
 
 def _tried(found: Found, trial: Trial) -> Found:
@@ -156,7 +168,7 @@ def _trials(found: Found) -> Iterator[Trial]:
     beside = Beside.of(found.unknowns, found.x, found.product)
     for gain, effects in moved_mounts(found.study, found.effects, beside):
         yield gain, effects, {}
-    for one in candidates(found.problem, beside)[:_TRIED]:
+    for one in candidates(found.problem, beside):
         yield one.gain, (*found.effects, one.effect), one.values
 
 
