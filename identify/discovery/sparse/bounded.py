@@ -27,10 +27,10 @@ def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> 
         aim = free + inverse[:, held] @ pull
         aim[held] = ends
         leaving = np.where(aim < low, -1, np.where(aim > high, 1, 0))
-        if leaving.any() and not within:
-            side += leaving
-            continue
         if leaving.any():
+            if not within:
+                side += leaving
+                continue
             out = np.flatnonzero(leaving)
             room = np.where(leaving[out] < 0, low[out], high[out]) - change[out]
             share = room / (aim[out] - change[out])

@@ -16,15 +16,9 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.time_delay import TimeDelay
-from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, with_effects
 
 _RELAXES = 0.5
-
-
-def springs_and_instruments(problem: Problem) -> list[Effect]:
-    """Every spring, and every sensor with its mass, force and the delay."""
-    return [*all_springs(problem, shrink=True), *instruments(problem)]
 
 
 def instruments(problem: Problem) -> list[Effect]:

@@ -20,7 +20,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.plugin import PluginError, note_broken
 from identify.core.threads import each
 from identify.discovery.sparse.dense import with_more
-from identify.discovery.sparse.evidence import solved
+from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.measured.frf_set import POWER
@@ -83,7 +83,7 @@ class Beside:
 
 def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
     """All that the catalogue has of such effects beside a dense fit of a problem, of each kind the likeliest:
-    what gains most less half ln N for each parameter (Schwarz 1978), the best first.
+    what gains most less the price of its parameters, the best first.
     """
     sets, measured = beside.sets, problem.measurements
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
@@ -94,8 +94,8 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
         parts = each(partial(_crossed, shapes=shapes), list(zip(sets, systems, strict=True)))
         crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
         found += _best(some, shapes, model, (crossed, own, pull), beside)
-    price, of_kind = 0.5 * float(np.log(beside.fit.count)), dict[str, Candidate]()
-    for one in sorted(found, key=lambda one: price * len(one.values) - one.gain):
+    each_costs, of_kind = price(beside.fit.count), dict[str, Candidate]()
+    for one in sorted(found, key=lambda one: each_costs * len(one.values) - one.gain):
         of_kind.setdefault(one.effect.kind, one)
     return list(of_kind.values())
 

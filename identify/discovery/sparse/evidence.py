@@ -41,7 +41,14 @@ def weighed(unknowns: Unknowns, product: Array, inflated: float) -> Weighed:
     """All of that, where correlated residuals inflate variances so many times."""
     scale = max(product[-1, -1] / unknowns.count, 1.0) * inflated
     information = product[:-1, :-1] / scale + np.diag(unknowns.precision)
-    return Weighed(information, product, scale, 0.5 * float(np.log(max(unknowns.count / inflated, 2.0))))
+    return Weighed(information, product, scale, price(unknowns.count, inflated))
+
+
+def price(count: int, inflated: float = 1.0) -> float:
+    """Half ln N: what each parameter costs in units of log likelihood (Schwarz, Ann. Statist. 6 (1978)
+    461-464), N real numbers measured, less by how much correlated residuals inflate variances.
+    """
+    return 0.5 * float(np.log(max(count / inflated, 2.0)))
 
 
 def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:

@@ -18,10 +18,8 @@ from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import usual_stiffness
 from identify.vibration.problem import Problem
 
-_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS, _AGAIN = 0.3, 6, 12, 30, 30
-"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage, and
-after units left.
-"""
+_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS = 0.3, 6, 12, 30
+"""Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage."""
 _MORE = 12
 """Steps after something entered."""
 
@@ -113,7 +111,7 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
     effects = tuple(of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
     unknowns, x = begun(found, effects, {})
-    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _AGAIN)
+    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _STEPS)
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

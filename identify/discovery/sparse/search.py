@@ -17,13 +17,13 @@ from identify.discovery.sparse.dense import (
     in_parts,
     instruments,
     relaxations,
-    springs_and_instruments,
 )
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
 from identify.discovery.sparse.evidence import (
     Weighed,
     eliminated,
     floor_of,
+    price,
     weighed,
 )
 from identify.discovery.sparse.fit import Found, begun, dense_fit, gone_on, of_units
@@ -77,7 +77,7 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
             return _said(*few, unseen, say)
     fits = [_further(dense_fit(bending, structure, usual=True), story)]
     if _open(fits) and not story.late:
-        fits.append(dense_fit(problem, tuple(springs_and_instruments(problem)), usual=True))
+        fits.append(dense_fit(problem, (*structure, *instruments(problem)), usual=True))
     if _open(fits) and not story.late:
         other = dense_fit(bending, structure, usual=True, shares=_WIDENED)
         fits.append(_further(other, story) if other.objective < fits[0].objective else other)
@@ -116,17 +116,13 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one.
     """
-    price = 0.5 * float(np.log(found.unknowns.count))
+    each_costs = price(found.unknowns.count)
     for _ in range(most):
         if found.gap < CLOSED or story.late:
             break
-
-        def cost(fit: Found) -> float:
-            return fit.objective + price * len(fit.x)
-
-        fitted = [_tried(found, one) for one in _worth(list(_trials(found)), _PAYS * price)]
-        best = min(fitted, key=cost, default=found)
-        if found.objective - best.objective < price * max(len(best.x) - len(found.x), _PAYS):
+        fitted = [_tried(found, one) for one in _worth(list(_trials(found)), _PAYS * each_costs)]
+        best = min(fitted, key=lambda fit: fit.objective + each_costs * len(fit.x), default=found)
+        if found.objective - best.objective < each_costs * max(len(best.x) - len(found.x), _PAYS):
             break
         new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
@@ -159,8 +155,8 @@ Trial = tuple[float, tuple[Effect, ...], Mapping[str, float]]
 def _trials(found: Found) -> Iterator[Trial]:
     """Everything that may go on."""
     for some in (instruments(found.study), relaxations(found.study), _bodies(found)):
-        effects = (*found.effects, *(one for one in some if one not in found.effects))
         if not _has(found, some):
+            effects = (*found.effects, *(one for one in some if one not in found.effects))
             yield _foreseen(found, effects, {}), effects, {}
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
