@@ -9,9 +9,10 @@ stiffnesses, over what drives of robots have.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -160,6 +161,9 @@ def _weights(target: FrfTarget, seen: Index) -> Array:
     return np.asarray(1.0 / np.hypot(LOG_FLOOR, target.sigma[:, seen] / np.abs(target.measured[:, seen])))
 
 
+Found = TypeVar("Found")
+
+
 @dataclass(frozen=True, eq=False)
 class Score:
     """A variant that was fitted quickly: values (parameters,), RMS of logarithms in tenths, and the logarithm
@@ -171,6 +175,13 @@ class Score:
     cost: float
     level: float
     asked: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def once(self, name: str, find: Callable[[], Found]) -> Found:
+        """What was found of it under a name, or is found now."""
+        if name not in self.asked:
+            self.asked[name] = find()
+        found: Found = self.asked[name]
+        return found
 
     def residuals(self, *, levelled: bool) -> list[Complex]:
         """(lines, pairs) of each set, in tenths of a logarithm; levelled: beside the common factor."""

@@ -23,9 +23,7 @@ _STEPS = GaussNewton(evaluations=20, tolerance=5e-3)
 
 def softened(score: Score) -> Score:
     """A variant with every spring free, fitted from what was found without; of fewer lines; made once."""
-    if "softened" not in score.asked:
-        score.asked["softened"] = _softened(score)
-    return score.asked["softened"]  # type: ignore[no-any-return]
+    return score.once("softened", lambda: _softened(score))
 
 
 def _softened(score: Score) -> Score:

@@ -48,9 +48,7 @@ class Within:
 
 def within(score: Score, stated: UncertaintySettings | None) -> Within:
     """From where logarithms led; found once for each score, which is of one study."""
-    if "within" not in score.asked:
-        score.asked["within"] = _within(score, stated)
-    return score.asked["within"]  # type: ignore[no-any-return]
+    return score.once("within", lambda: _within(score, stated))
 
 
 def _within(score: Score, stated: UncertaintySettings | None) -> Within:
@@ -101,7 +99,9 @@ def levelled(stated: Stated, score: Score) -> Score:
     """A variant without the common factor of its measured FRFs, where that is one."""
     if abs(score.level) < SLIGHT:
         return score
-    if "levelled" not in score.asked:
-        there = stated.changed(times(stated, float(np.exp(-score.level))))
-        score.asked["levelled"] = replace(score, problem=there.problem(), level=0.0, asked={})
-    return score.asked["levelled"]  # type: ignore[no-any-return]
+    return score.once("levelled", lambda: _levelled(stated, score))
+
+
+def _levelled(stated: Stated, score: Score) -> Score:
+    there = stated.changed(times(stated, float(np.exp(-score.level))))
+    return replace(score, problem=there.problem(), level=0.0, asked={})
