@@ -14,6 +14,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.merged import merged_responses, unit_shapes
+from identify.modal.setups.analysis import shown_by
 from identify.modal.setups.run import Setups, poles_agree
 from identify.modal.window import frequency_and_damping
 from identify.modes.doubt import doubts
@@ -91,7 +92,7 @@ def _rejected(kept: Sequence[AnalysedMeasurement], few: Sequence[tuple[float, in
             np.array([count / len(kept) for _, count in few]),
             none,
             none,
-            tuple(f"shown by {count} of {len(kept)} setups" for _, count in few),
+            tuple(shown_by(count, len(kept)) for _, count in few),
         ),
     ]
     order = np.argsort(np.concatenate([part.frequency_hz for part in parts]), kind="stable")

@@ -17,8 +17,8 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.modal.operational.analysis import OperationalModes
-from identify.modal.setups.analysis import Merged, poles_of, real, together
-from identify.modal.setups.residues import Grid, is_joined
+from identify.modal.setups.analysis import Merged, poles_of, real, roved_rows, together
+from identify.modal.setups.residues import Grid, is_joined, side
 
 _REFERENCES = 2
 """Sensors in common that tell two shapes apart."""
@@ -38,10 +38,7 @@ def merged_responses(found: Sequence[OperationalModes], names: Sequence[str]) ->
         expected = "two or more reference sensors that stay where they are in all setups"
         found_ = f"{shared.sum()} sensors in common to {', '.join(names)}"
         raise InputError("--output-only", found_, expected, "record them beside those that are moved")
-    always = {grid.outputs[n].node for n in np.flatnonzero(shared)}
-    roved = [
-        np.array([r for r in rows if grid.outputs[r].node not in always], dtype=int) for rows in grid.rows
-    ]
+    roved = roved_rows(grid, {grid.outputs[n].node for n in np.flatnonzero(shared)})
 
     def of(member: Index) -> Merged:
         poles = poles_of([(one.verified.model.poles, one.table) for one in found], member)
@@ -53,17 +50,10 @@ def merged_responses(found: Sequence[OperationalModes], names: Sequence[str]) ->
 
 def _grid(found: Sequence[OperationalModes]) -> Grid:
     """Sensors of all setups, and a column for each setup in place of a force."""
-    outputs = {c.place: c for one in reversed(found) for c in reversed(one.records.channels)}
-    outputs = dict(sorted(outputs.items()))
-    at = {place: n for n, place in enumerate(outputs)}
-    channels = [one.records.channels for one in found]
-    return Grid(
-        tuple(outputs.values()),
-        tuple(Channel(k, 0) for k in range(len(found))),
-        tuple(np.array([at[c.place] for c in one]) for one in channels),
-        tuple(np.array([k]) for k in range(len(found))),
-        tuple(np.array([[float(c.sign * outputs[c.place].sign)] for c in one]) for one in channels),
-    )
+    outputs, rows, turned = side([one.records.channels for one in found])
+    inputs = tuple(Channel(k, 0) for k in range(len(found)))
+    columns = tuple(np.array([k]) for k in range(len(found)))
+    return Grid(outputs, inputs, rows, columns, tuple(one[:, None] for one in turned))
 
 
 def _on_grid(one: OperationalModes, grid: Grid, k: int, rows: Index) -> Complex:

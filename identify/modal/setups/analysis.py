@@ -69,7 +69,8 @@ def merged(
     whether moved sensors may.
     """
     grid, tables = Grid.of(sets), [_compared(a) for a in found]
-    roved = roved_rows(grid, sets) if weighs else []
+    always = set.intersection(*({c.node for c in one.outputs} for one in sets))
+    roved = roved_rows(grid, always) if weighs else []
 
     def of(member: Index) -> Merged:
         poles, std = poles_of([(a.model.poles, a.table) for a in found], member)
@@ -95,6 +96,11 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
     if kept.all():
         return best
     return replace(of(best.member[kept]), turned_down=_gone(best, ~kept))
+
+
+def shown_by(count: int, setups: int) -> str:
+    """Why a mode that too few setups show is none of all."""
+    return f"shown by {count} of {setups} setups"
 
 
 def _gone(state: Merged, rows: Mask) -> tuple[tuple[float, int], ...]:
@@ -273,9 +279,8 @@ def _products(found: ModalAnalysis, grid: Grid, k: int, rows: Index, poles: Comp
     return grid.spread(k, both * (2j * poles.imag)[:, None, None])
 
 
-def roved_rows(grid: Grid, sets: Sequence[FrfSet]) -> list[Index]:
-    """Of every setup the rows of sensors that are not in all setups."""
-    always = set.intersection(*({c.node for c in one.outputs} for one in sets))
+def roved_rows(grid: Grid, always: set[int]) -> list[Index]:
+    """Of every setup the rows of sensors that are not at nodes of all setups."""
     return [
         np.array([r for r in rows if grid.outputs[r].node not in always], dtype=int) for rows in grid.rows
     ]
@@ -324,7 +329,7 @@ def _loads(
     each, sure = alone.load[told] / value[told], seen[told] * alone.load[told] / alone.load_std[told]
     weight = 1 / (1 / np.minimum(seen[told], 1.0) ** 2 + 1 / np.maximum(sure, 1e-9) ** 2)
     kg = _median(each, weight)
-    scatter = 1.4826 * _median(np.abs(each / kg - 1) * seen[told], weight)
+    scatter = loading.MEDIAN * _median(np.abs(each / kg - 1) * seen[told], weight)
     kg_std = kg * scatter / np.sqrt(max(np.sum(weight) ** 2 / np.sum(weight**2), 1.0))
     width = kg * value * np.hypot(scatter / np.maximum(seen, 1e-9), kg_std / kg)
     prior = np.where(value > 0, kg * value, np.nan), np.maximum(width, 1e-3 * kg * np.abs(value))

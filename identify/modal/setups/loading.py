@@ -22,7 +22,7 @@ _LEAST = 1e-3
 """Of a shift that is never believed: shapes are known to per mille at best."""
 _TURNS = 12
 """Of lines and of what other modes do to them: each turn takes half of the change, so that all settle."""
-_MEDIAN = 1.4826
+MEDIAN = 1.4826
 """From a median of magnitudes to a standard deviation."""
 
 
@@ -97,7 +97,7 @@ def explained(
             there = loaded(base, [root * shape for shape in shapes])[0]
         beside = (beside + alone / there) / 2
         rest = np.abs((omega - there) / wide)[known]
-        error = float(np.clip(error * _MEDIAN * np.median(rest), _LEAST, _PART))
+        error = float(np.clip(error * MEDIAN * np.median(rest), _LEAST, _PART))
     count = known.sum(axis=1)
     off = np.sum(np.where(known, omega - there, 0.0) ** 2, axis=1)
     rest = np.sqrt(off / np.maximum(count - 2, 1))

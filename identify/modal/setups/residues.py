@@ -26,6 +26,22 @@ _TURNS = 50
 """Of the factors; with force channels in common to all setups two are enough."""
 
 
+def side(
+    parts: Sequence[Sequence[Channel]],
+) -> tuple[tuple[Channel, ...], tuple[Array, ...], tuple[Array, ...]]:
+    """The channels of several setups, each once as the first has it, by place; of every setup where its own
+    stand among them, and their signs there.
+    """
+    every = {c.place: c for one in reversed(parts) for c in reversed(one)}
+    every = dict(sorted(every.items()))
+    at = {place: n for n, place in enumerate(every)}
+    return (
+        tuple(every.values()),
+        tuple(np.array([at[c.place] for c in one]) for one in parts),
+        tuple(np.array([float(c.sign * every[c.place].sign) for c in one]) for one in parts),
+    )
+
+
 @dataclass(frozen=True)
 class Grid:
     """All channels of several setups: outputs and inputs, each once whatever its sign in a setup; rows,
@@ -41,24 +57,10 @@ class Grid:
     @classmethod
     def of(cls, sets: Sequence[FrfSet]) -> Grid:
         """Those of these sets."""
-        outputs = {c.place: c for one in reversed(sets) for c in reversed(one.outputs)}
-        inputs = {c.place: c for one in reversed(sets) for c in reversed(one.inputs)}
-        outputs, inputs = dict(sorted(outputs.items())), dict(sorted(inputs.items()))
-        at_output, at_input = ({place: n for n, place in enumerate(side)} for side in (outputs, inputs))
-        turn = [
-            np.outer(
-                [c.sign * outputs[c.place].sign for c in one.outputs],
-                [c.sign * inputs[c.place].sign for c in one.inputs],
-            )
-            for one in sets
-        ]
-        return cls(
-            tuple(outputs.values()),
-            tuple(inputs.values()),
-            tuple(np.array([at_output[c.place] for c in one.outputs]) for one in sets),
-            tuple(np.array([at_input[c.place] for c in one.inputs]) for one in sets),
-            tuple(np.asarray(one, dtype=float) for one in turn),
-        )
+        outputs, rows, turned = side([one.outputs for one in sets])
+        inputs, columns, struck = side([one.inputs for one in sets])
+        turn = tuple(np.outer(out, force) for out, force in zip(turned, struck, strict=True))
+        return cls(outputs, inputs, rows, columns, turn)
 
     def spread(self, k: int, values: Complex) -> Complex:
         """Values (..., outputs, inputs) of setup k on all channels, NaN elsewhere."""

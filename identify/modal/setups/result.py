@@ -19,7 +19,7 @@ from identify.modal.mac import mpc, mpd
 from identify.modal.reciprocity import reciprocity
 from identify.modal.scaling import scale
 from identify.modal.selection import Candidate
-from identify.modal.setups.analysis import Merged
+from identify.modal.setups.analysis import Merged, shown_by
 from identify.modal.setups.residues import Grid
 from identify.modal.stabilisation import Diagram
 from identify.modal.window import frequency_and_damping, seen_through
@@ -162,7 +162,7 @@ def _rejected(
         )
     some = next(mode for one in found for mode in one.modes)
     for hz, count in merged.turned_down:
-        reason = f"shown by {count} of {len(names)} setups"
+        reason = shown_by(count, len(names))
         own.append(replace(some, pole=complex(2j * np.pi * hz), presence=count / len(names), reason=reason))
     return sorted(own, key=lambda c: c.frequency_hz)
 
