@@ -18,7 +18,7 @@ from identify.core.arrays import Array
 from identify.core.binary_input import read_hdf5, read_mat
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
-from identify.core.tree import Group
+from identify.core.tree import Group, Value
 from identify.measured import mat
 from identify.measured.bag import METADATA, SUFFIXES, read_bag
 from identify.measured.delimited import DelimitedTable, read_table
@@ -115,7 +115,15 @@ def _of_uff(path: Path) -> Lookup:
 
 
 def _of_bag(path: Path) -> Lookup:
-    return lambda name, unit: read_bag(path, [name])[name]
+    known: dict[str, Value | Group] = {}
+
+    def lookup(name: str, unit: SignalUnit | None) -> Value | Group:
+        # The times of the topic come with each signal: logs ask for both, and a bag is read as a whole.
+        if name not in known:
+            known.update(read_bag(path, [name, f"{name.partition(':')[0]}:time"]))
+        return known[name]
+
+    return lookup
 
 
 _READERS: dict[str, Callable[[Path], Lookup]] = {
