@@ -276,19 +276,17 @@ def _modes_of(data: Sequence[Path], options: ModesOptions) -> Result:
         )
         result, written = run_output_only(data, options.out, wanted)
         return Result(result, tuple(written))
+    from identify.modes.job import Source
     from identify.modes.run import run_modes as analysed
 
     result, written = analysed(
-        data,
+        Source(list(data), file, _estimation(options), options.roved),
         options.out,
-        file,
-        options.modal(),
-        options.geometry,
-        options.length_unit,
-        options.frfs,
-        options.choices,
-        _estimation(options),
-        options.roved,
+        modal=options.modal(),
+        geometry=options.geometry,
+        length_unit=options.length_unit,
+        frfs=options.frfs,
+        choices=options.choices,
     )
     return Result(result, tuple(written))
 

@@ -15,7 +15,6 @@ from identify.core.threads import one_thread
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.source import Estimation
 from identify.modal.alone import disagreement
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.choices import chosen_settings
@@ -30,7 +29,7 @@ from identify.results.modes import AnalysedMeasurement, ModesResult
 
 
 def run_modes(
-    data: Path | Sequence[Path],
+    data: Path | Source,
     out: Path | None = None,
     file: FrfFileOptions | None = None,
     modal: dict[str, Any] | None = None,
@@ -38,30 +37,27 @@ def run_modes(
     length_unit: str | None = None,
     frfs: bool = False,
     choices: Path | None = None,
-    estimation: Estimation | None = None,
-    roved: bool = False,
 ) -> tuple[ModesResult, list[Path]]:
     """Modes of the FRFs in a file, in several of one test, or of every FRF measurement of a study; returns
     the result and what was written, the HDF5 file first.
 
-    file: what the user says about a data file; modal: keys of `ModalSettings` that replace those of the study
-    or the defaults; geometry: universal file with the measurement points, by default the data file itself,
-    its lengths in length_unit where it says none; frfs: whether analysed and rebuilt FRFs are written too;
-    choices: YAML file of keys like modal, which overrides it; estimation: of FRFs from time records, which
-    the files have; roved: whether each node of a response was measured by itself.  A study has all but
-    `modal` itself. InputError for anything that cannot be read, analysed or written.
+    data: a file, or files with all that is said of them; file: what the user says about a file alone; modal:
+    keys of `ModalSettings` that replace those of the study or the defaults; geometry: universal file with the
+    measurement points, by default the data file itself, its lengths in length_unit where it says none;
+    frfs: whether analysed and rebuilt FRFs are written too;
+    choices: YAML file of keys like modal, which overrides it.  A study has all but `modal` itself.
+    InputError for anything that cannot be read, analysed or written.
     """
     begun = time.perf_counter()
     modal = {**chosen_settings(choices), **(modal or {})}
     with one_thread():
-        paths = [data] if isinstance(data, Path) else list(data)
-        source = Source(paths, file or FrfFileOptions(), estimation, roved)
+        source = Source([data], file or FrfFileOptions()) if isinstance(data, Path) else data
         job = _job(source, modal, Place(geometry, length_unit), choices)
         path = out or Path("reports") / f"{job.name}_modes.h5"
         tables = [path.with_name(f"{path.stem}{_suffix(m, job.measured)}.yaml") for m in job.measured]
         beside = [path for table in tables for path in (table, table.with_suffix(".uff"), *frf_paths(table))]
         read = [
-            *paths,
+            *source.paths,
             *filter(None, [geometry, choices]),
             *job.beside,
             *(Path(one.data.source) for one in job.measured),
