@@ -19,8 +19,10 @@ from identify.reports.kit.report import GAP, PAGE, Report, speaks_of_gap, visibl
 from identify.results.header import Header
 
 ASSETS = Path(__file__).parents[1] / "assets"
-_EARLY, _LATE = ("page.js", "robot.js"), ("frf.js", "motion_at_line.js", "mac.js")
-"""Scripts before and after the plotting library: text, tables and the robot need not wait for it."""
+_EARLY, _LATE, _LAST = ("page.js", "robot.js"), ("frf.js", "motion_at_line.js"), ("mac.js",)
+"""Scripts before and after the plotting library, and behind those of a kind of report: text, tables and the
+robot need not wait for it.
+"""
 
 
 def page(result: Header, report: Report) -> str:
@@ -43,7 +45,7 @@ def page(result: Header, report: Report) -> str:
         sentence=sentence,
         gap=GAP if speaks_of_gap(report) else "",
         style=asset("report.css"),
-        scripts=[*map(asset, _EARLY), Markup(_plotly()), *map(asset, (*_LATE[:2], *own, _LATE[2]))],
+        scripts=[*map(asset, _EARLY), Markup(_plotly()), *map(asset, (*_LATE, *own, *_LAST))],
         packed=any(one.get("frf") for one in data.get("measurements", [])),
         data=Markup(json_inside(data)),
     )
