@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from identify.core.errors import InputError
@@ -80,3 +81,8 @@ class Channel:
             return f"joint{self.motor}:{'-' if self.direction < 0 else ''}motor"
         sign = "" if self.direction == 0 else "-" if self.direction < 0 else "+"
         return f"{self.node}:{sign}{_NAMES[abs(self.direction)]}"
+
+
+def motors_of(channels: Iterable[Channel]) -> frozenset[int]:
+    """Joints whose motors are among channels."""
+    return frozenset(one.motor for one in channels if one.motor is not None)

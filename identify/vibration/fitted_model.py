@@ -16,7 +16,7 @@ from identify.core.config import validated
 from identify.core.errors import InputError
 from identify.core.yaml_input import parse_yaml
 from identify.fitting.tables import scale_of
-from identify.measured.channel import Channel
+from identify.measured.channel import Channel, motors_of
 from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.site import Site
@@ -162,7 +162,7 @@ def _driven(study: Study, result: FitResult) -> dict[str, frozenset[int]]:
         if one.motor_torque == "added"
     }
     return {
-        name: frozenset(motor for text in one.frf.input if (motor := Channel.parse(text).motor) is not None)
+        name: motors_of(map(Channel.parse, one.frf.input))
         for name, one in result.measurements.items()
         if one.frf is not None and name not in added
     }

@@ -13,7 +13,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.collect import collect
 from identify.core.errors import InputError, InputErrors
-from identify.measured.channel import Channel
+from identify.measured.channel import Channel, motors_of
 from identify.measured.correction import turned
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
@@ -73,7 +73,7 @@ class Given:
         """Joints whose motors are driven: all that holds their rotors is in the torque that is an input."""
         if self.settings.motor_torque == "added":
             return frozenset()
-        return frozenset(one.motor for one in self.inputs if one.motor is not None)
+        return motors_of(self.inputs)
 
 
 def read_given(
@@ -101,7 +101,7 @@ def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: M
     """
     if not isinstance(given.data, FrfSet):
         return given
-    if given.settings.motor_torque == "added" and not any(one.motor for one in given.inputs):
+    if given.settings.motor_torque == "added" and not motors_of(given.inputs):
         where = f"{given.name} motor_torque"
         raise InputError(where, "no motor among the forces", "joint2:motor", "leave the key out")
     told = given.settings.motor_side, effects, robot, given.name

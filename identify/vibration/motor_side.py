@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.measured.channel import Channel
+from identify.measured.channel import Channel, motors_of
 from identify.measured.frf_set import FrfSet
 from identify.model.effects.base import Effect
 from identify.model.effects.geared import Geared
@@ -28,7 +28,7 @@ def at_gear_outputs(
     """
     if not motor_side:
         return data
-    if not any(channel.motor for channel in (*data.outputs, *data.inputs)):
+    if not motors_of((*data.outputs, *data.inputs)):
         raise InputError(f"{where} motor_side", "no channel of a motor", "joint2:motor", "leave the key out")
     ratios = _ratios(effects, robot)
     out, force = np.ones(len(data.outputs)), np.ones(len(data.inputs))

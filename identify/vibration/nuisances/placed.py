@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Index, cross
-from identify.measured.channel import Channel
+from identify.measured.channel import Channel, motors_of
 from identify.model.effects.form import Form
 from identify.model.nuisances.basis import Basis, Geometry, reduced
 from identify.model.nuisances.inertia import CHANGES, moments
@@ -74,7 +74,7 @@ def place(
     the system's effects.  A motor is a point that only turns, about its own z, wherever it is.
     """
     own = basis_points(points)
-    motors = sorted({-channel.motor for some in channels for channel in some if channel.motor})
+    motors = sorted(-joint for joint in motors_of(channel for some in channels for channel in some))
     nodes = {node: number for number, node in enumerate([*(point.node for point in own), *motors])}
     outputs, inputs = (_ends(some, nodes) for some in channels)
     joints = range(1, len(posture) + 1)
