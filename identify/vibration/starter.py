@@ -5,8 +5,10 @@ files that they say.
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import jinja2
 import numpy as np
@@ -25,7 +27,7 @@ from identify.measured.several import is_pattern
 from identify.measured.uff.geometry import has_geometry
 from identify.robot.description import Robot
 from identify.robot.joint_angles import from_ground
-from identify.vibration.starter_robot import Told, new_robot, relative
+from identify.vibration.starter_robot import NewRobot, Told, new_robot, relative
 
 _TEMPLATE = """\
 # A study of identify.  Keys that are missing have defaults; `identify config` prints them all.
@@ -127,10 +129,22 @@ def write_starter(
     groups = _grouped(data, told, read)
     entries = [_measurement(files, folder, told, read, len(described.joints)) for files in groups]
     entries = entries or [_Entry("file", "null", "   # FILL IN: the FRFs that were measured")]
-    bands = [entry.band for entry in entries if entry.band]
-    nodes = {node for entry in entries for node in entry.nodes}
     points = points or robot.parent / "points.csv"
-    text = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined).render(
+    text = _text(new, entries, posture, (out, robot, points))
+    write_text(out, text)
+    return Starter(
+        out, [*_unfilled(text), *_points_to_write(robot, of_robot, data, points, entries), *new.said]
+    )
+
+
+def _text(
+    new: NewRobot, entries: Sequence[_Entry], posture: Sequence[float], files: tuple[Path, Path, Path]
+) -> str:
+    """The config; files: itself, the robot's, and that of the points."""
+    (out, robot, points), folder, described = files, files[0].resolve().parent, new.robot
+    nodes = {node for entry in entries for node in entry.nodes}
+    template = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
+    text: str = template.render(
         name=out.stem if out.stem != "config" else _name(robot),
         robot_key=robot_key(robot),
         robot=relative(new.file, folder),
@@ -145,19 +159,21 @@ def write_starter(
         posture=list(posture),
         zeros=[0.0] * len(described.joints),
         joints=_joints(described),
-        band=(
-            [_round(min(band[0] for band in bands)), _round(max(band[1] for band in bands))]
-            if bands
-            else [3, 80]
-        ),
-        has_frf=bool(bands),
-        why=", proposed from coherence and the first resonances: CHECK" if bands else "",
-        cost="frf-least-squares" if bands else "eigenfrequency",
+        **_of_band([entry.band for entry in entries if entry.band]),
     )
-    write_text(out, text)
-    return Starter(
-        out, [*_unfilled(text), *_points_to_write(robot, of_robot, data, points, entries), *new.said]
-    )
+    return text
+
+
+def _of_band(bands: Sequence[tuple[float, float]]) -> dict[str, Any]:
+    """What the config says of the band and the cost, by the bands of FRFs, if there are any."""
+    if not bands:
+        return {"band": [3, 80], "has_frf": False, "why": "", "cost": "eigenfrequency"}
+    return {
+        "band": [_round(min(band[0] for band in bands)), _round(max(band[1] for band in bands))],
+        "has_frf": True,
+        "why": ", proposed from coherence and the first resonances: CHECK",
+        "cost": "frf-least-squares",
+    }
 
 
 def _unfilled(text: str) -> list[str]:
