@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from identify.api.modes_options import ModesOptions
 from identify.api.options import (
     BatchOptions,
     DeflectionOptions,
@@ -22,7 +23,6 @@ from identify.api.options import (
     ExportCommandOptions,
     FitOptions,
     MapCommandOptions,
-    ModesOptions,
     PlanCommandOptions,
     Quiet,
     SimulateOptions,

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from identify.api.modes_options import ModesOptions
 from identify.api.options import (
     BatchOptions,
     DeflectionOptions,
@@ -19,7 +20,6 @@ from identify.api.options import (
     ExportCommandOptions,
     FitOptions,
     MapCommandOptions,
-    ModesOptions,
     PlanCommandOptions,
     SimulateOptions,
     StabilityOptions,
