@@ -24,11 +24,12 @@ def may_lean(effect: Effect) -> bool:
 
 
 def leaning_task(problem: Problem, trial: Trial) -> Task | None:
-    """The law of a trial about the axis that its curve has, to be refitted; None where no other direction is
-    seen, or where without a law more than noise is left: what else is missing would turn it.
+    """The law of a trial about the axis that its curve has, to be refitted; None where it has none, no other
+    direction is seen, or where without a law more than noise is left: what else is missing would turn it.
     """
     [law] = trial.task.new
-    assert isinstance(law, MeasuredImpedance)
+    if not may_lean(law):
+        return None
     [place] = law.places(problem.robot, problem.points)
     known = with_effects(problem, trial.task.known, trial.values)
     found = settled(known, place, law, trial.values)
@@ -42,4 +43,4 @@ def leaning_task(problem: Problem, trial: Trial) -> Task | None:
     if not seen(lean).any():
         return None
     by = {name: round(float(one), 6) for name, (one, _) in zip(towards, lean, strict=True)}
-    return Task(trial.task.known, (law.model_copy(update={"lean": by}),), trial.values, "onward")
+    return Task(trial.task.known, (law.model_copy(update={"lean": by}),), trial.values, whole=True)

@@ -1,4 +1,4 @@
-"""Effects of one kind that sit on the same link or joint, or right beside it; and forms of one that turn."""
+"""Effects of one kind that sit on the same link or joint, or right beside it."""
 
 from __future__ import annotations
 
@@ -7,25 +7,28 @@ from typing import Any
 
 from identify.discovery.task import Trial
 from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.rigid_body import MOMENTS
+from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem, with_effects
 
 
-def siblings(problem: Problem, effect: Effect, found: Sequence[Effect]) -> list[Effect]:
-    """Of the candidates those of the kind and axes of a linear effect of the structure that sit where it does
-    or right beside it.
+def neighbours(problem: Problem, effect: Effect) -> list[Effect]:
+    """An effect of the structure, which the dense model does not have everywhere at once, along other axes of
+    its link and on the links beside it.
     """
     own = _link_of(problem, effect)
     if own is None or effect.of_amplitude or effect.of_measurement:
         return []
-    alike = [one for one in found if one.kind == effect.kind and _axes(one) & _axes(effect)]
-    places = [(one, _link_of(problem, one)) for one in alike]
-    return [one for one, place in places if place is not None and abs(place - own) <= 1]
-
-
-def turning(effect: Effect) -> list[Effect]:
-    """Its forms that begin in several valleys, because their directions turn."""
-    return [form for form in effect.variants() if form.valleys > effect.valleys]
+    if isinstance(effect, Springs | LinkFlexibility):
+        return []
+    every = [(one, _link_of(problem, one)) for one in type(effect).instances(problem.robot, problem.points)]
+    here = next((one for one, place in every if place == own and _axes(one) & _axes(effect)), None)
+    if here is None:
+        return []
+    near = [one for one, place in every if place is not None and abs(place - own) <= 1]
+    moves = [{key: value for key, value in one if value != getattr(here, key)} for one in near]
+    return [one for move in moves if (one := effect.model_copy(update=move)) != effect]
 
 
 def _axes(effect: Effect) -> set[str]:

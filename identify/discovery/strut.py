@@ -66,7 +66,7 @@ def strut_task(problem: Problem, trial: Trial) -> Task | None:
     strut = spring.model_copy(update={"cross_coupling": False, "direction": direction})
     stiffness, damping = (f"{spring.link}.strut.{one}" for one in ("stiffness", "damping"))
     own = {stiffness: size**2, damping: rate * size**2}
-    return Task(trial.task.known, (strut,), {**trial.values, **own}, "onward")
+    return Task(trial.task.known, (strut,), {**trial.values, **own}, whole=True)
 
 
 @dataclass(frozen=True)

@@ -1,67 +1,37 @@
-"""A model to be tried, and how it went."""
+"""A model to be fitted, and how it went."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Literal
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
 from identify.fitting.selection import workbench as selection
 from identify.model.effects.base import Effect
 
-_NEAR, _LEAST = 5.0, 0.05
-"""How many times the best one's gap above noise, or above this, a trial may leave and still win when fitted
-thoroughly."""
+FEW_STEPS = 3
+"""Of a fit once the time that was given is over."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be tried: effects known to the model, further ones, and values to start from by parameter
-    name.
+    """What is to be fitted: effects known to the model, further ones, and values to start from by parameter
+    name; parameters of the further ones without a value begin at the best of their grid.
 
-    how: `start`: from these values by logarithmic residuals first; `glance`: what is known stays as it is;
-    `beside`: one step from these values; `brief`: a few steps on few lines; `astray`: once more, by another
-    start; `led`: on from there, with errors of links; `quick`: more of them, with all errors; `likely`: on
-    from there to the likelihood; `afresh`: to the likelihood from the study's own values; `thorough`: from
-    several starts, on all lines; `nearby`: from these values alone, with the errors they have; `onward`: the
-    same on all lines; `settled`: the same to the very end.
-    far: the present model is far from the data. anchor: values of the known model where that depends on
-    amplitude: quick trials then keep what amplitude does to the FRFs as it is there, because to simulate
-    every impact anew takes long.
+    whole: on all lines, and judged by data that are not fitted; else on few.  steps: how many at most.
     """
 
     known: tuple[Effect, ...]
     new: tuple[Effect, ...]
     values: Mapping[str, float]
-    how: Literal[
-        "start",
-        "glance",
-        "beside",
-        "brief",
-        "astray",
-        "led",
-        "quick",
-        "likely",
-        "afresh",
-        "thorough",
-        "nearby",
-        "onward",
-        "settled",
-    ] = "quick"
-    far: bool = False
-    anchor: Mapping[str, float] = field(default_factory=dict)
+    whole: bool = False
+    steps: int = 30
 
     @property
     def effects(self) -> tuple[Effect, ...]:
         """All of them."""
         return (*self.known, *self.new)
-
-    @property
-    def has_form(self) -> bool:
-        """Whether the form of any of them may be off."""
-        return any(effect.has_form for effect in self.effects)
 
 
 @dataclass(frozen=True)
@@ -107,28 +77,4 @@ class Trial:
 
 
 Option = selection.Option[Effect, Trial]
-Attempt = selection.Attempt[Effect, Trial]
 Step = selection.Step[Effect, Trial]
-
-
-def squares_of(trial: Trial) -> float:
-    """Sum of squared residuals over noise."""
-    return trial.squares
-
-
-def solved(trial: Trial) -> bool:
-    """Whether the model had a solution."""
-    return bool(np.isfinite(trial.squares))
-
-
-def near_enough(trials: Sequence[Trial], best: float, times: float = _NEAR) -> list[Trial]:
-    """Those on few lines that may come as near as the best gap when fitted thoroughly."""
-    return [trial for trial in trials if trial.gap - 1 <= times * max(best - 1, _LEAST)]
-
-
-def once(trials: Sequence[Trial]) -> list[Trial]:
-    """The first trial of each effect."""
-    found: dict[str, Trial] = {}
-    for trial in trials:
-        found.setdefault(trial.task.new[0].model_dump_json(), trial)
-    return list(found.values())

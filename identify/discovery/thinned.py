@@ -4,6 +4,7 @@ an effect does to it taken off.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Literal
 
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Mask
+from identify.model.effects.base import Effect
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.given import Given
 from identify.vibration.problem import Measurement, Problem, with_effects
@@ -55,10 +57,9 @@ def below(problem: Problem, share: float) -> Problem:
 def _at_lines(m: Measurement, lines: Mask) -> Measurement:
     """Some frequency lines (lines,) of a measurement of FRFs."""
     assert isinstance(m.target, FrfTarget)
-    noise = None if m.target.noise is None else m.target.noise[lines]
-    data = replace(m.target.data.lines(lines), noise=noise)
-    given: Given = replace(m.given, data=data)
-    return replace(m, given=given, target=replace(m.target, data=data, noise=noise))
+    target = m.target.at_lines(lines)
+    given: Given = replace(m.given, data=target.data)
+    return replace(m, given=given, target=target)
 
 
 def _third(channels: int) -> NDArray[np.bool_]:
@@ -67,10 +68,22 @@ def _third(channels: int) -> NDArray[np.bool_]:
     return np.asarray((number + number // 3) % 3 == 1)
 
 
-def less_by(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
-    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs, at their
-    present values.
+def without_amplitude(problem: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> Problem:
+    """A problem with effects at values by name, but those that depend on amplitude: what they do to the FRFs
+    there is taken off the data, so that a linear model is left.
     """
+    model = with_effects(problem, effects, values)
+    linear = [effect for effect in effects if not effect.of_amplitude]
+    if len(linear) == len(effects):
+        return model
+    without = with_effects(problem, linear, values)
+    pairs = zip(model.measurements, without.measurements, strict=True)
+    corrected = tuple(_less_by(one, other, model, without) for one, other in pairs)
+    return with_effects(replace(without, measurements=corrected), linear, values)
+
+
+def _less_by(one: Measurement, other: Measurement, simulated: Problem, without: Problem) -> Measurement:
+    """A measurement less what the effects that `simulated` has and `without` has not do to its FRFs."""
     if not isinstance(one.target, FrfTarget) or not isinstance(other.target, FrfTarget):
         return other
     part = one.target.predict(simulated.initial) - other.target.predict(without.initial)

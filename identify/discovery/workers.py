@@ -9,34 +9,19 @@ import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from types import TracebackType
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
 from identify.core.interruption import check
 from identify.discovery.places.job import Known, PlaceJob
-from identify.discovery.task import Task, Trial, squares_of
+from identify.discovery.task import Task, Trial
 from identify.discovery.trial import TrialRunner
-from identify.fitting.memory import Memory
+from identify.fitting.memory import Memory, digest
 from identify.fitting.processes import Processes
 from identify.vibration.problem import Problem
 
-_PHASES = {
-    "start": "the present model",
-    "glance": "first looks",
-    "beside": "first looks",
-    "brief": "first looks",
-    "astray": "first looks",
-    "led": "first looks",
-    "quick": "quick refits",
-    "likely": "thorough refits",
-    "afresh": "thorough refits",
-    "thorough": "thorough refits",
-    "nearby": "quick refits",
-    "onward": "thorough refits",
-    "settled": "thorough refits",
-}
 NEEDED = __name__, "scipy.optimize"
 """Modules that processes for `Workers` load while there is nothing to try yet."""
 Part = TypeVar("Part")
@@ -67,9 +52,8 @@ class Workers(AbstractContextManager["Workers"]):
     """Tries tasks on a problem in `count` processes; with one, in this process.
 
     memory is filled with every finished trial: by key of a task its values by name; squares, count, squares
-    and count on validation data, free parameters; failure.  seconds: how long it worked, by phase.
-    with_errors: whether errors of what was told are fitted along; begun: its processes, where they
-    have started already.
+    and count on validation data, free parameters; failure.  seconds: how long it worked, by phase; begun: its
+    processes, where they have started already.
     """
 
     def __init__(
@@ -77,17 +61,16 @@ class Workers(AbstractContextManager["Workers"]):
     ) -> None:
         self.memory = Memory() if memory is None else memory
         self.seconds: dict[str, float] = {}
-        self.with_errors = bool(problem.nuisances.entries)
         self._bench = _Bench(problem)
         self._pool = begun or (Processes(count, *NEEDED) if count > 1 else None)
 
-    def turn_to(self, problem: Problem, *, with_errors: bool) -> None:
+    def turn_to(self, problem: Problem) -> None:
         """From now on work on another problem of the same robot and data."""
-        self._bench, self.with_errors = _Bench(problem), with_errors
+        self._bench = _Bench(problem)
 
-    def run(self, tasks: Sequence[Task], done: Callable[[], None] = lambda: None) -> list[Trial]:
-        """The trials of all tasks in their order; `done` is called after each.  Interrupted where the user
-        asked for the end.
+    def run(self, tasks: Sequence[Task], phase: str = "refits") -> list[Trial]:
+        """The trials of all tasks in their order; phase: what their time counts as.  Interrupted where the
+        user asked for the end.
         """
         began, keys = time.perf_counter(), [_key(task) for task in tasks]
         new = {key: task for key, task in zip(keys, tasks, strict=True) if key not in self.memory}
@@ -95,21 +78,23 @@ class Workers(AbstractContextManager["Workers"]):
         for at, trial in self._made(_Bench.run, list(new.values())):
             kept = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
             self.memory[left[at]] = (dict(trial.values), [float(number) for number in kept], trial.failure)
-            done()
-        self._count_time(_PHASES[tasks[0].how] if tasks else "", began)
+        self._count_time(phase, began)
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
+
+    def recall(self, key: Sequence[Any], compute: Callable[[], Any], phase: str) -> Any:
+        """What was computed for a key once, as JSON has it."""
+        began = time.perf_counter()
+        found = self.memory.recall(digest(*key), compute)
+        self._count_time(phase, began)
+        return found
 
     def _count_time(self, phase: str, began: float) -> None:
         self.seconds[phase] = self.seconds.get(phase, 0.0) + time.perf_counter() - began
 
-    def places(
-        self, known: Known, jobs: Sequence[PlaceJob], done: Callable[[], None] = lambda: None
-    ) -> list[Any]:
-        """What becomes of work on places, in order; `done` is called after each."""
-        found, began = dict[int, Any](), time.perf_counter()
-        for number, end in self._made(partial(_Bench.place, known=known), jobs, small=True):
-            found[number] = end
-            done()
+    def places(self, known: Known, jobs: Sequence[PlaceJob]) -> list[Any]:
+        """What becomes of work on places, in order."""
+        began = time.perf_counter()
+        found = dict(self._made(partial(_Bench.place, known=known), jobs, small=True))
         self._count_time("places", began)
         return [found[number] for number in range(len(jobs))]
 
@@ -141,7 +126,7 @@ class Workers(AbstractContextManager["Workers"]):
 
 def _key(task: Task) -> str:
     effects = [[effect.model_dump(mode="json") for effect in part] for part in (task.known, task.new)]
-    text = json.dumps([effects, sorted(task.values.items()), task.how, task.far, sorted(task.anchor.items())])
+    text = json.dumps([effects, sorted(task.values.items()), task.whole, task.steps])
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -150,14 +135,3 @@ def _remembered(task: Task, kept: tuple[dict[str, float], list[float], str]) -> 
     return Trial(
         task, values, squares, int(count), squares_validation, int(count_validation), int(free), failure
     )
-
-
-def further(
-    workers: Workers,
-    trials: Sequence[Trial],
-    how: Literal["led", "quick", "nearby", "likely", "afresh", "thorough", "onward", "settled"],
-    done: Callable[[], None] = lambda: None,
-) -> list[Trial]:
-    """Trials taken on from where they are, the best first."""
-    tasks = [replace(trial.task, values=trial.values, how=how, far=False) for trial in trials]
-    return sorted(workers.run(tasks, done), key=squares_of)

@@ -224,24 +224,6 @@ def fitted_information(problem: Problem, values: Array) -> Array:
     return np.asarray(known + np.diag(scale.prior_information()))
 
 
-def fitted_errors(problem: Problem, values: Array) -> tuple[Array, Array]:
-    """(e, e) each, in stated standard deviations: the covariance that a fit leaves of errors of what was
-    told, and the one with which it finds them about nothing, by what the data tell of those that there are
-    and by residuals, whatever correlates these.
-
-    A fit finds (I - C) e of errors e, C their covariance, and what the scores of the residuals make of C.
-    """
-    scale, names = Scale(problem.parameters), [p.name for p in problem.parameters]
-    free = scale.free
-    errors = np.flatnonzero(np.isin(free, [names.index(one.name) for one in problem.nuisances.entries]))
-    covariance = np.linalg.inv(fitted_information(problem, values))[errors]
-    slope = scale.slope(scale.to_x(values))
-    by_residuals = _variance(problem.targets(), values, free, (slope * covariance).T)
-    own = covariance[:, errors]
-    told = np.eye(len(own)) - own
-    return np.asarray(own), np.asarray(told @ told + by_residuals)
-
-
 def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[float, int]:
     """That sum, and its count; known (u, u): information of the fit about all free unknowns, on the search
     scale.

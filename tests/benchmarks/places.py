@@ -19,10 +19,9 @@ from threadpoolctl import threadpool_limits
 
 from identify.discovery.places.catalogue import places_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
-from identify.discovery.screen import off_bounds
+from identify.discovery.present import present_model
 from identify.discovery.task import Trial
 from identify.discovery.thinned import thinned
-from identify.discovery.workbench import ImpactWorkbench
 from identify.discovery.workers import Workers
 from identify.model.effects.joint_compliance import CLASSES
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
@@ -65,13 +64,13 @@ def fitted(case: Path) -> tuple[Problem, Trial]:
     with tempfile.TemporaryDirectory() as folder:
         problem = load_problem(read_study(config_of(case, Path(folder))))
     with Workers(problem, 1) as workers:
-        return problem, ImpactWorkbench(problem, workers).begin()
+        return problem, present_model(problem, workers)
 
 
 def screened(problem: Problem, present: Trial) -> list[PlaceFit]:
     """All places from the present model."""
-    thin, start = thinned(problem), off_bounds(problem, problem.file.study.effects, present)
-    return screen_places(places_of(thin), PlaceFitter(thin), problem.at(start))
+    thin = thinned(problem)
+    return screen_places(places_of(thin), PlaceFitter(thin), problem.at(present.values))
 
 
 def is_at(effect: dict[str, Any], place: Place, problem: Problem) -> bool:

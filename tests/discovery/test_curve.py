@@ -14,7 +14,6 @@ import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.discovery.candidates import candidates
 from identify.discovery.curves import curve_of, wanted
 from identify.discovery.loop import Discovery
 from identify.discovery.places.catalogue import leaning
@@ -25,7 +24,7 @@ from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
-from identify.model.effects.base import parse_effect
+from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.effects.place import Beside, Release
 from identify.model.frf import dynamic_stiffness
 from identify.vibration.costs.target import FrfTarget
@@ -242,8 +241,12 @@ def test_every_effect_at_a_place_has_a_curve_there(
     monkeypatch.setattr("identify.discovery.places.settled._STEPS", 0)
     problem, measured = fitter.problem, dict[str, bool]()
     known = tuple(problem.file.study.effects)
-    found = candidates(problem, known)
-    for effect in [next(one for one in found if one.kind == kind) for kind in {one.kind for one in found}]:
+    taken = {name for effect in known for name in effect.free_coordinates(problem.robot)}
+    for kind in EFFECTS.usable().values():
+        every = kind.instances(problem.robot, problem.points)
+        free = (one for one in every if not taken & set(one.free_coordinates(problem.robot)))
+        if (effect := next(free, None)) is None or kind.last_resort:
+            continue
         for form in [effect, *(effect.variants() if effect.has_form else [])]:
             model = with_effects(problem, (*known, form), {})
             values = {p.name: p.initial for p in model.parameters}

@@ -37,40 +37,6 @@ def test_a_gap_counts_above_noise() -> None:
 
 
 @pytest.mark.parametrize(
-    ("before", "elsewhere", "material"),
-    [(1.08, 0.02, False), (1.08, 0.06, True), (1.12, 0.06, True), (1.12, 0.04, True)],
-)
-def test_where_the_gap_is_closed_other_data_must_say_more(
-    before: float, elsewhere: float, material: bool
-) -> None:
-    """Below 1.1 the gap must fall by 0.05 on data that were not fitted too; above it need not."""
-
-    def trial(gap: float, validation: float) -> Trial:
-        return Trial(Task((), (), {}), {}, 1e5 * gap**2, 100_000, 1e5 * validation**2, 100_000, 5)
-
-    found = EvidenceCriterion(1.0).gain(trial(before, before), trial(1.0, before - elsewhere))
-    assert found.material is material
-
-
-@pytest.mark.parametrize(
-    ("elsewhere", "then", "confirmed"),
-    [(1.007, 1.009, True), (1.007, 1.03, False), (1.2, 1.201, False), (1.2, 1.05, True)],
-)
-def test_data_that_leave_nothing_open_cannot_confirm_nor_refuse(
-    elsewhere: float, then: float, confirmed: bool
-) -> None:
-    """Errors of what was told that turn a sensor round predict other postures as a reversed channel
-    does.  What makes them worse, or leaves open what was open there, is refused.
-    """
-
-    def trial(gap: float, validation: float) -> Trial:
-        return Trial(Task((), (), {}), {}, 1e5 * gap**2, 100_000, 1e5 * validation**2, 100_000, 5)
-
-    found = EvidenceCriterion(1.0).gain(trial(1.19, elsewhere), trial(1.01, then))
-    assert (found.confirmed, found.material) == (confirmed, confirmed)
-
-
-@pytest.mark.parametrize(
     ("gap", "validation", "is_closed"),
     [(1.05, 1.06, True), (1.05, 1.4, False), (1.09, 1.11, True), (1.2, 1.0, False)],
 )
@@ -84,6 +50,3 @@ def test_a_gap_that_is_open_elsewhere_is_not_closed(gap: float, validation: floa
 
     assert closed(trial(gap, validation)) is is_closed
     assert closed(_trial(1000 * gap**2, 5)) is (gap < 1.1)
-    found = EvidenceCriterion(1.0).gain(trial(1.05, 1.4), trial(1.03, 1.03))
-    assert found.explained > 0.8
-    assert found.material

@@ -4,25 +4,20 @@ right place on a test that somebody else simulated.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.discovery.places.job import Known, Start
-from identify.discovery.places.look import candidates_at
 from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, leanings, model_of
-from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
+from identify.discovery.places.screen import PlaceFitter, screen_places
 from identify.discovery.places.semiparametric import fit_place
 from identify.discovery.places.update import a_of, recharted, symmetric, triangle
 from identify.discovery.places.views import View, views_of
 from identify.discovery.thinned import thinned
-from identify.discovery.workers import Workers
 from identify.model.effects.base import parse_effect
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
 from identify.vibration.problem import Problem, load_problem, with_effects
@@ -160,37 +155,6 @@ def test_the_right_place_is_first_on_a_test_of_others(tmp_path: Path) -> None:
     assert found[1].fit.gap > 10
     again = fit_place(model_of(TILT, fitter.views), Scale(thin.parameters), found[0].fit.values, 2)
     assert again.unknowns == 2 * 3 * len(again.unknown.values)
-
-
-class _Everywhere:
-    """Places that were fitted, in which every start is as good as its place."""
-
-    def places(self, known: Known, jobs: list[Start], done: Callable[[], None]) -> list[None]:
-        """No law of frequency anywhere."""
-        return [None for _ in jobs]
-
-
-def test_an_effect_without_a_place_of_the_robot_is_still_tried(problem: Problem, views: list[View]) -> None:
-    """It has no gap from the first look; one at the best place has that of the place, one elsewhere is not
-    looked at.
-    """
-    model = StructuralModel(TILT, views)
-    fit = fit_place(model, Scale(problem.parameters), problem.initial, 1)
-    far = replace(fit, squares=1e3 * fit.squares)
-    elsewhere = Release(("joint3.rx", "joint3.ry"))
-    ranked = [PlaceFit(TILT, fit), PlaceFit(elsewhere, far)]
-    effects = [
-        parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}),
-        parse_effect({"kind": "joint-compliance", "joints": [3], "axes": ["rx", "ry"]}),
-        parse_effect({"kind": "load-cell", "link": problem.robot.links[-1].name, "at_m": 0.05}),
-        parse_effect({"kind": "sensor-mass"}),
-    ]
-    known = Known((), {p.name: p.initial for p in problem.parameters})
-    looked = candidates_at(cast(Workers, _Everywhere()), problem, known, ranked, effects)
-    found = {one.effect.kind: one.gap for one in looked}
-    assert found["joint-compliance"] == pytest.approx(fit.gap)
-    assert np.isnan(found["load-cell"]) and np.isnan(found["sensor-mass"])
-    assert [one.effect for one in looked if not np.isnan(one.gap)] == effects[:1]
 
 
 def test_an_unknown_that_nothing_stands_for_is_no_number() -> None:

@@ -15,7 +15,7 @@ from identify.fitting.selection.workbench import Story
 ROOT = Path(__file__).parents[2]
 
 
-def test_the_shipped_study_finds_what_is_hidden_in_it(small_catalogue: None, tmp_path: Path) -> None:
+def test_the_shipped_study_finds_what_is_hidden_in_it(tmp_path: Path) -> None:
     truth = json.loads((ROOT / "data" / "hidden_effects" / "truth.json").read_text())
     result, _ = run_discover(
         ROOT / "configs" / "hidden_effects.yaml", tmp_path / "found.h5", {}, Story(), workers=1

@@ -12,9 +12,7 @@ import pytest
 from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
-from identify.discovery.softly import minimized
-from identify.discovery.suspects import beyond_belief
-from identify.discovery.trial import likelihood
+from identify.discovery.trial import likelihood, minimized
 from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
@@ -35,7 +33,7 @@ from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import fitted_errors, predictive_squares, uncertainty
+from identify.vibration.uncertainty import predictive_squares, uncertainty
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
 from tests.generator.linear import linearise
@@ -122,37 +120,6 @@ def test_derivatives_of_forms_are_those_of_differences(everything: Problem) -> N
     values[size:] = 0.02 * rng.normal(size=len(values) - size)
     # Where a section hardly has mass, smaller differences are lost in rounding.
     _check_slopes(problem, values, rng.choice(forms, 12, replace=False) + size, 1e-3)
-
-
-@pytest.mark.parametrize(
-    ("chosen", "said"),
-    [
-        (("link", "link5", ""), "added body (mass, centre, inertia) on link5"),
-        (("point", "8", "ry"), "sensor at point 8 turned about its y axis"),
-        (("channel", "10:+Y", "gain"), "gain of channel 10:+Y"),
-        (("set", "", "delay"), "time delay of all responses"),
-    ],
-)
-def test_an_effect_starts_as_large_as_the_errors_it_stands_for(
-    everything: Problem, chosen: tuple[str, str, str], said: str
-) -> None:
-    problem, rng = everything, np.random.default_rng(2)
-    values = {p.name: p.initial for p in problem.parameters}
-    for one in problem.nuisances.entries:
-        if one.group == chosen[0] and chosen[1] in one.place and chosen[2] in one.change:
-            values[one.name] = float(5.0 + rng.normal())
-    [found] = beyond_belief(problem.nuisances, values, problem.robot)
-    effect, start = found.effect, found.start
-    known = tuple(problem.file.study.effects)
-    model = with_effects(problem, (*known, effect), {**values, **start})
-    assert effect.sentence() == said
-    errors = model.initial[model.size :]
-    assert np.abs(errors).max() < 3
-    pairs = zip(problem.targets().frf, model.targets().frf, strict=True)
-    for before, after in pairs:
-        h, exact = before.predict(problem.at(values)), before.predict(problem.initial)
-        difference = np.linalg.norm(after.predict(model.initial) - h)
-        assert difference < 1e-6 * np.linalg.norm(h - exact)
 
 
 def test_a_prediction_goes_as_far_as_the_fit_leaves_it_open(careful: tuple[Path, TestSpec]) -> None:
@@ -282,28 +249,6 @@ def test_intervals_are_not_relied_on_beside_errors_far_beyond_the_statement(
     found = uncertainty(problem.targets(), Scale(problem.parameters), values)
     assert any("relied" in note for note in found.notes) == bool(said)
     assert said in " ".join(found.notes)
-
-
-@pytest.mark.parametrize(("alike", "wider"), [(1, 1.0), (4, 4.0)])
-def test_correlated_residuals_pull_at_errors_by_more_than_independent_ones(
-    everything: Problem, alike: int, wider: float
-) -> None:
-    """Of independent ones, a fit finds errors about as far from nothing as the data tell of them."""
-    rng, measured = np.random.default_rng(3), []
-    for m in everything.measurements:
-        target = m.target
-        assert isinstance(target, FrfTarget)
-        assert target.noise is not None
-        h = target.predict(everything.initial)
-        drawn = rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape)
-        h = h + target.noise * drawn[np.arange(len(h)) // alike]
-        measured.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
-    problem = replace(everything, measurements=tuple(measured))
-    covariance, scatter = fitted_errors(problem, problem.initial)
-    told = np.eye(len(covariance)) - covariance
-    by_data = covariance @ told  # what independent residuals make of them
-    by_residuals = np.trace(scatter - told @ told) / np.trace(by_data)
-    assert by_residuals == pytest.approx(wider, rel=0.25)
 
 
 def test_errors_are_larger_than_stated_where_chance_does_not_make_them_so() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,13 +19,10 @@ from identify.model.effects.place import Place
 
 @dataclass(frozen=True)
 class Known:
-    """The present model: effects, values by name, and the anchor of a model that depends on amplitude (see
-    `identify.discovery.task.Task`).
-    """
+    """The present model: effects and values by name."""
 
     effects: tuple[Effect, ...]
     values: Mapping[str, float]
-    anchor: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -1,11 +1,8 @@
-"""The first look at candidates: which places explain the gap, and what each candidate would leave there by
-the law that it says.
-"""
+"""Which places explain what is left, whatever acts there, and the law that is measured at the best."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,7 +14,7 @@ from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
 from identify.model.effects.measured_impedance import MeasuredImpedance
-from identify.model.effects.place import Beside, Column, Place, Release, Rows
+from identify.model.effects.place import Beside, Place, Release
 from identify.vibration.problem import Problem
 
 _NEAR, _FEWEST, _MOST = 30.0, 0.1, 8
@@ -27,22 +24,11 @@ _UNKNOWN = 2
 """At how many of the best places a law that no effect has is tried."""
 
 
-@dataclass(frozen=True)
-class Looked:
-    """A candidate after the first look: the gap that it would leave, NaN where nothing can be said without
-    trying; values to start it from, by name.
-    """
-
-    effect: Effect
-    gap: float
-    values: Mapping[str, float] = field(default_factory=dict)
-
-
 class PooledFitter:
     """Fits places in the processes of a pool."""
 
-    def __init__(self, workers: Workers, known: Known, done: Callable[[], None]) -> None:
-        self._workers, self._known, self._done = workers, known, done
+    def __init__(self, workers: Workers, known: Known) -> None:
+        self._workers, self._known = workers, known
 
     def glance(self, places: Sequence[Place], values: Array) -> list[Place]:
         """In one process."""
@@ -51,68 +37,29 @@ class PooledFitter:
 
     def fit(self, jobs: Sequence[Job], steps: int) -> list[SemiParametricFit | None]:
         """All at once."""
-        return self._workers.places(self._known, [Steps(job, steps) for job in jobs], self._done)
+        return self._workers.places(self._known, [Steps(job, steps) for job in jobs])
 
 
-def look(
-    workers: Workers,
-    problem: Problem,
-    known: Known,
-    candidates: Sequence[Effect],
-    done: Callable[[], None] = lambda: None,
-    least: float = -np.inf,
-) -> tuple[list[PlaceFit], list[Looked]]:
-    """Places, best first, and candidates, best first, those without a place last; problem has the known
-    linear effects.  None of either where no place makes the gap smaller by `least`.
+def look(workers: Workers, problem: Problem, known: Known) -> list[PlaceFit]:
+    """Every place beside the known effects, best first; problem has the linear ones of these."""
+    values = np.array([known.values[p.name] for p in problem.of_effects])
+    return screen_places(places_of(problem), PooledFitter(workers, known), values)
+
+
+def unknown_laws(
+    workers: Workers, known: Known, ranked: Sequence[PlaceFit]
+) -> list[tuple[Effect, Mapping[str, float]]]:
+    """A measured dynamic stiffness at each of the best places that are coordinates, with the values that its
+    curve says.
     """
-    names = [p.name for p in problem.of_effects]
-    values = np.array([known.values[name] for name in names])
-    fitter = PooledFitter(workers, known, done)
-    ranked = screen_places(places_of(problem, candidates), fitter, values, least)
-    if not any(one.fit.fall >= least for one in ranked):
-        return [], []
-    return ranked, candidates_at(workers, problem, known, ranked, candidates, done)
-
-
-def candidates_at(
-    workers: Workers,
-    problem: Problem,
-    known: Known,
-    ranked: Sequence[PlaceFit],
-    candidates: Sequence[Effect],
-    done: Callable[[], None] = lambda: None,
-) -> list[Looked]:
-    """What candidates would leave at the best of the places; those without a place last."""
-    names = [p.name for p in problem.of_effects]
-    near = _near(ranked)
-    pairs, unplaced, fitted = [], [], {one.place for one in ranked}
-    for effect in candidates:
-        places = effect.places(problem.robot, problem.points)
-        own = [found for found in near if found.place in places]
-        pairs += [(effect, found) for found in own]
-        if not any(place in fitted or isinstance(place, (Rows, Column)) for place in places):
-            unplaced.append(Looked(effect, float("nan"), {}))
-    starts = workers.places(known, [Start(effect, found) for effect, found in pairs], done)
-    best: dict[str, Looked] = {}
-    for (effect, found), start in zip(pairs, starts, strict=True):
-        fit = found.fit
-        gap = fit.gap if start is None else float(np.sqrt(start.squares / fit.count))
-        own_values = dict(zip(names, map(float, fit.values), strict=True)) if start is None else start.values
-        key = effect.model_dump_json()
-        if key not in best or gap < best[key].gap:
-            best[key] = Looked(effect, gap, own_values)
-    return [*sorted(best.values(), key=lambda one: one.gap), *unplaced]
-
-
-def unknown_laws(ranked: Sequence[PlaceFit]) -> list[Effect]:
-    """A measured dynamic stiffness at each of the best places that are coordinates."""
-    found: list[Effect] = []
+    found = list[tuple[Effect, PlaceFit]]()
     for one in _near(ranked)[:_UNKNOWN]:
         if isinstance(one.place, (Release, Beside)):
             names, free = list(one.place.coordinates), isinstance(one.place, Release)
             if all(name.split(".")[0].startswith(("joint", "base")) for name in names):
-                found.append(MeasuredImpedance(at=names, released=free, branches=2))
-    return found
+                found.append((MeasuredImpedance(at=names, released=free, branches=2), one))
+    starts = workers.places(known, [Start(effect, one) for effect, one in found])
+    return [(one, start.values) for (one, _), start in zip(found, starts, strict=True) if start is not None]
 
 
 def _near(ranked: Sequence[PlaceFit]) -> list[PlaceFit]:

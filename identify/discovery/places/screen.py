@@ -21,9 +21,6 @@ from identify.vibration.problem import Problem
 
 _ROUNDS = ((3, 20), (4, 8), (8, 0))
 """Steps of each round, and how many places go on to the next one."""
-_FORESEEN = 0.5
-"""Share of a fall that would matter below which a place is left where the gap is small: what a linear step
-promises is nearly all there."""
 _GLANCED = 6
 """Places of the measurement that get more than one linear step."""
 
@@ -92,28 +89,15 @@ class PlaceFitter:
         return Scale((*self.problem.of_effects, *leanings(place)))
 
 
-def screen_places(
-    places: Sequence[Place],
-    fitter: Fitter,
-    values: Array,
-    least: float = -np.inf,
-) -> list[PlaceFit]:
-    """The places in order of the gap they leave, from parameter values of the present model; after the first
-    steps only where some place leaves a gap that is smaller by `least`.
-    """
+def screen_places(places: Sequence[Place], fitter: Fitter, values: Array) -> list[PlaceFit]:
+    """The places in order of the gap they leave, from parameter values of the present model."""
     readings = [place for place in places if isinstance(place, (Rows, Column))]
     left = [place for place in places if place not in readings]
     left += fitter.glance(readings, values)[:_GLANCED]
     found: dict[Place, PlaceFit] = {}
-    if least > -np.inf:
-        looks = fitter.fit([_job(place, None, values) for place in left], 0)
-        found = {place: PlaceFit(place, one) for place, one in zip(left, looks, strict=True) if one}
-        left = [place for place, one in found.items() if one.fit.fall_foreseen >= _FORESEEN * least]
     for steps, keep in _ROUNDS:
         ends = fitter.fit([_job(place, found.get(place), values) for place in left], steps)
         found |= {place: PlaceFit(place, fit) for place, fit in zip(left, ends, strict=True) if fit}
-        if all(found[place].fit.fall < least for place in left if place in found):
-            break
         left = sorted(
             (p for p in left if p in found),
             key=lambda place: found[place].fit.gap_before - found[place].fit.fall,

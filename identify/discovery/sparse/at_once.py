@@ -1,76 +1,97 @@
-"""What is missing, found at once: the dense fits, and what they name refitted exactly and told in the
-order of evidence.
-"""
+"""What is missing, found at once: the dense fits, and what they name refitted exactly on all lines."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from identify.core.text import listed
-from identify.discovery.amplitude import level_gap
-from identify.discovery.evidence import CLOSED, EvidenceCriterion, closed, variance_inflation
+from identify.discovery.evidence import closed
+from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.search import explain
-from identify.discovery.task import Option, Step, Task, Trial
-from identify.discovery.thinned import thinned
-from identify.discovery.workbench import ImpactWorkbench
-from identify.fitting.selection.loop import Selection
+from identify.discovery.state import Added, State
+from identify.discovery.task import FEW_STEPS, Task
+from identify.discovery.thinned import thinned, without_amplitude
+from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
-from identify.model.effects.base import Effect
-from identify.vibration.problem import Problem, uncertain_as, with_effects
+from identify.model.effects.base import Effect, parse_effect
+from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.problem import Problem, with_effects, with_uncertainty
 from identify.vibration.uncertainty import gap
 
-Found = Selection[Effect, Trial]
 
-
-def at_once(bench: ImpactWorkbench, first: Trial, story: Story) -> Found | None:
-    """What a dense model names beyond the first, refitted; None where nothing is open, where amplitude
-    matters, which no linear model has, or where nothing has evidence.
+@dataclass(frozen=True)
+class _Told:
+    """What the dense fits say, as JSON has it: effects with values, evidence and worth; values of all else;
+    whether the forms of links are uncertain.
     """
-    if closed(first) or level_gap(bench.problem) > CLOSED:
-        return None
-    problem = with_effects(thinned(bench.problem), first.task.effects, first.values)
-    unseen = partial(_unseen, bench.problem) if bench.problem.validated else None
-    found = explain(_from_the_study(problem, bench.problem), story, unseen)
-    named, values = found.named, found.values
+
+    named: Sequence[Mapping[str, Any]]
+    values: Mapping[str, float]
+    bending: bool
+
+
+def at_once(workers: Workers, state: State, story: Story) -> State:
+    """With what a dense model names beside the state, refitted; the state itself where nothing is open, and
+    no error of what was told is beyond belief, or where nothing has evidence.
+    """
+    if closed(state.model) and believable(state.problem, state.model.values):
+        return state
+    key = ["at once", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
+    told = _Told(*workers.recall(key, lambda: _explained(state, story), "dense fits"))
+    named = [Named(parse_effect(one["effect"]), one["values"], *one["odds"]) for one in told.named]
     if not named:
-        return None
-    problem = uncertain_as(bench.problem, found.problem)
-    if problem is not bench.problem:
-        bench.turn_to(problem, with_errors=True)
-    final = _refitted(bench, first, named, values)
-    found_all = listed([one.effect.sentence() for one in named])
-    story.say(f"With {found_all}, refitted on all lines: {bench.standing(final)}.")
-    return _told(bench, first, named, final, story)
+        return state
+    problem = state.problem
+    if told.bending and problem.file.study.uncertainty is None:
+        problem = with_uncertainty(problem, FORMS_ALONE)
+        workers.turn_to(problem)
+    own = {name: value for one in named for name, value in one.values.items()}
+    new = tuple(one.effect for one in named)
+    values = _within(problem, (*state.effects, *new), {**state.model.values, **told.values, **own})
+    steps = FEW_STEPS if story.late else Task.steps
+    [model] = workers.run([Task(state.effects, new, values, whole=True, steps=steps)])
+    story.say(f"With {listed([one.sentence() for one in new])}, refitted on all lines: gap {model.gap:.2f}.")
+    added = (Added(one.effect, one.evidence, one.worth) for one in named)
+    return State(problem, model, (*added, *state.added))
 
 
-def _unseen(study: Problem, found: Problem, effects: Sequence[Effect], values: Mapping[str, float]) -> float:
+def _explained(state: State, story: Story) -> list[Any]:
+    """What the dense fits say, as JSON has it."""
+    study = state.problem
+    thin = without_amplitude(thinned(study), state.effects, state.model.values)
+    unseen = partial(_unseen, study, state) if study.validated else None
+    found = explain(_from_the_study(thin, study), story, unseen)
+    named = [
+        {
+            "effect": one.effect.model_dump(mode="json"),
+            "values": dict(one.values),
+            "odds": [one.evidence, one.worth],
+        }
+        for one in found.named
+    ]
+    return [named, found.values, found.problem.file.study.uncertainty == FORMS_ALONE]
+
+
+def _unseen(
+    study: Problem, state: State, found: Problem, effects: Sequence[Effect], values: Mapping[str, float]
+) -> float:
     """The gap that effects and values leave on the study's data for validation, with what was found to be
     uncertain.
     """
-    study = uncertain_as(study, found)
-    model = with_effects(study, [*study.file.study.effects, *effects], values)
-    values = {**{p.name: p.initial for p in model.parameters}, **values}
-    return gap(model.targets("validate"), model.at(values))
+    if found.file.study.uncertainty == FORMS_ALONE and study.file.study.uncertainty is None:
+        study = with_uncertainty(study, FORMS_ALONE)
+    model = with_effects(study, [*state.effects, *effects], {**state.model.values, **values})
+    return gap(model.targets("validate"), model.initial)
 
 
 def _from_the_study(problem: Problem, study: Problem) -> Problem:
     """The problem from the study's own values: the present model's have made up for what is missing."""
     told = {p.name: p.initial for p in study.parameters}
     return with_effects(problem, problem.file.study.effects, told)
-
-
-def _refitted(
-    bench: ImpactWorkbench, first: Trial, named: Sequence[Named], values: dict[str, float]
-) -> Trial:
-    """The model with all that was named, on all lines, from the values that the dense fit ended with."""
-    own = {name: value for one in named for name, value in one.values.items()}
-    new = tuple(one.effect for one in named)
-    bounded = _within(bench.problem, (*first.task.effects, *new), {**values, **own})
-    [trial] = bench.workers.run([Task(first.task.effects, new, bounded, "settled")])
-    return trial
 
 
 def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float]) -> dict[str, float]:
@@ -80,20 +101,3 @@ def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float
         if p.name in found and not p.nuisance:
             found[p.name] = min(max(found[p.name], p.lower), p.upper)
     return found
-
-
-def _told(bench: ImpactWorkbench, first: Trial, named: Sequence[Named], final: Trial, story: Story) -> Found:
-    """The same as if the effects had been added one by one, the best supported first."""
-    known, added = first.task.effects, [one.effect for one in named]
-    tasks = [Task(known, tuple(added[:n]), {**final.values}, "quick") for n in range(1, len(added))]
-    trials = [*bench.workers.run(tasks), final]
-    criterion = EvidenceCriterion(variance_inflation(bench.problem, final))
-    options, before = list[Option](), first
-    for one, trial in zip(named, trials, strict=True):
-        # Trials of few lines and of all have no odds over each other: these are those of the dense fit.
-        gain = replace(criterion.gain(before, trial), log_odds=one.evidence)
-        option = Option(one.effect, trial, max(trial.free - before.free, 0), gain)
-        story.steps.append(Step(before, (option,), (option,), (), criterion, option.gain.explained))
-        options.append(option)
-        before = trial
-    return Selection(first, final, tuple(options))

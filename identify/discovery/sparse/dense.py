@@ -4,18 +4,19 @@ body that may be missing from it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from identify.core.parameters import Values
+from identify.core.plugin import PluginError, note_broken
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
-from identify.model.effects.base import Effect
+from identify.model.effects.base import EFFECTS, Effect
 from identify.model.effects.frf_gain import FrfGain
 from identify.model.effects.joint_relaxation import JointRelaxation
 from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.place import Column, Place
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
-from identify.model.effects.time_delay import TimeDelay
 from identify.vibration.problem import Problem, with_effects
 
 _RELAXES = 0.5
@@ -56,7 +57,9 @@ def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
 
 
 def _of_measurement(problem: Problem) -> list[Effect]:
-    """A matrix of every sensor, a gain of every force, a delay, where the study has none."""
+    """A matrix of every sensor, a gain of every force, and what is nothing at zero for all FRFs alike, such
+    as a delay, where the study has none.
+    """
     data = [m.given for m in problem.measurements]
     nodes = sorted({channel.node for one in data for channel in one.outputs if abs(channel.direction) <= 3})
     forces = sorted(
@@ -65,8 +68,30 @@ def _of_measurement(problem: Problem) -> list[Effect]:
     kinds = {effect.kind for effect in problem.file.study.effects}
     wanted: list[Effect] = [SensorMatrix(points=list(nodes))] if nodes else []
     wanted += [FrfGain(force=force) for force in forces]
-    wanted.append(TimeDelay())
+    wanted += _of_all(problem)
     return [effect for effect in wanted if effect.kind not in kinds]
+
+
+def _of_all(problem: Problem) -> Iterator[Effect]:
+    """What may be wrong with all FRFs alike and is nothing where its parameters are zero."""
+    for kind in EFFECTS.usable().values():
+        if not kind.of_measurement:
+            continue
+        try:
+            instances = kind.instances(problem.robot, problem.points)
+            every = [one for one in instances if _at_no_place(one.places(problem.robot, problem.points))]
+            site = problem.measurements[0].system.site
+            terms = [term for one in every for term in one.terms(problem.robot, site, "")]
+        except PluginError as error:
+            note_broken(error)
+            continue
+        if terms and all(term.parameter.initial == 0 for term in terms):
+            yield from every
+
+
+def _at_no_place(places: Sequence[Place]) -> bool:
+    """Whether something concerns all FRFs alike."""
+    return all(place == Column() for place in places)
 
 
 def _of_sensors(problem: Problem) -> list[Effect]:

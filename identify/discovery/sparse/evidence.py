@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,10 @@ from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import uncertainty
 
-_MISREAD, _LATE_S = 0.005, 1e-5
+_MISREAD = 0.005
+"""Share of how much a fault of the measurement is off, where there is one, that nobody calls a fault: gains
+by a half per cent.
+"""
 
 
 def inflation(problem: Problem, values: Array) -> float:
@@ -24,6 +28,19 @@ def inflation(problem: Problem, values: Array) -> float:
     ratio = (found.std / found.independent_std) ** 2
     known = np.isfinite(ratio) & (found.std < np.inf)
     return max(float(np.median(ratio[known])) if known.any() else 1.0, 1.0)
+
+
+PAYS = 3
+"""Parameters that whatever enters must pay for at least."""
+
+
+def believable(problem: Problem, values: Mapping[str, float]) -> bool:
+    """Whether no error of what was told, in its standard deviations, is so far out that parameters of its own
+    would be likelier; the forms of links, which nobody states, may be.
+    """
+    errors = [abs(values[one.name]) for one in problem.nuisances.entries if one.group != "form"]
+    count = sum(2 * target.sigma.size for target in problem.targets().frf)
+    return 0.5 * max(errors, default=0.0) ** 2 < PAYS * price(count)
 
 
 class Weighed(NamedTuple):
@@ -61,7 +78,7 @@ def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
     away, found = unknowns.away(x), dict[str, float]()
     for unit in unknowns.units:
         own = unit.amplitudes
-        weight = eliminated(known.information, own, floor_of(unit))
+        weight = eliminated(known.information, own, floor_of(unit, unknowns))
         squares = float(away[own] @ weight @ away[own])
         found[unit.name] = 0.5 * squares - known.price * _count(unit, away)
     return found
@@ -72,11 +89,9 @@ def _count(unit: Unit, away: Array) -> int:
     return max(int(np.sum(away[unit.amplitudes] != 0)), 1) + len(unit.all) - len(unit.amplitudes)
 
 
-def floor_of(unit: Unit) -> float:
-    """What an instrument is off by without anybody calling it a fault: a half per cent, 10 us."""
-    if not isinstance(unit.effect, MeasurementEffect):
-        return 0.0
-    return _LATE_S if unit.effect.kind == "time-delay" else _MISREAD
+def floor_of(unit: Unit, unknowns: Unknowns) -> float:
+    """What an instrument is off by without anybody calling it a fault, on the search scale."""
+    return _MISREAD * unknowns.usual(unit) if isinstance(unit.effect, MeasurementEffect) else 0.0
 
 
 def eliminated(information: Array, own: Index, floor: float = 0.0) -> Array:

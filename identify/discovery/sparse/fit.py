@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -21,13 +22,14 @@ from identify.vibration.problem import Problem
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS = 0.3, 6, 12, 30
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage."""
 _MORE = 12
-"""Steps after something entered."""
+"""Steps after something entered or left."""
 
 
 @dataclass(frozen=True)
 class Found:
-    """A dense fit: the study's problem, the unknowns of that with all effects, where it ended, its gap and
-    objective; effects: what it has beyond the study; product (f + 1, f + 1): [J r]'[J r] there.
+    """A dense fit: the study's problem, the unknowns of that with all effects, where it ended, its gap,
+    objective, and that without the prices of amplitudes; effects: what it has beyond the study; product (f +
+    1, f + 1): [J r]'[J r] there; until: when steps end, s of the monotonic clock.
     """
 
     study: Problem
@@ -36,7 +38,14 @@ class Found:
     x: Array
     gap: float
     objective: float
+    unpriced: float
     product: Array
+    until: float = np.inf
+
+    @property
+    def late(self) -> bool:
+        """Whether the time is over."""
+        return time.monotonic() > self.until
 
     @property
     def problem(self) -> Problem:
@@ -51,7 +60,12 @@ class Found:
 
 
 def dense_fit(
-    problem: Problem, effects: tuple[Effect, ...], *, usual: bool, shares: Sequence[float] = (1.0,)
+    problem: Problem,
+    effects: tuple[Effect, ...],
+    *,
+    usual: bool,
+    shares: Sequence[float] = (1.0,),
+    until: float = np.inf,
 ) -> Found:
     """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
     are, where all give way a little: small ones hide each other on the way from rigid.
@@ -63,18 +77,21 @@ def dense_fit(
         unknowns = Unknowns(with_more(below(problem, share), effects), known)
         if not len(x):
             x = _usual(unknowns) if usual else unknowns.reference
-            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS).x
-        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS).x
+            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS, until).x
+        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
         if share < 1:
-            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS).x
-    return _settled(problem, effects, x, Penalised(unknowns), _STEPS)
+            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS, until).x
+    return _settled(problem, effects, x, Penalised(unknowns), _STEPS, until)
 
 
-def _settled(study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int) -> Found:
-    x = fit.minimise(Point(x), steps).x
+def _settled(
+    study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int, until: float
+) -> Found:
+    x = fit.minimise(Point(x), steps, until).x
     squares, local = fit.squares(x), fit.local(x)
     gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
-    return Found(study, fit.unknowns, effects, x, gap, objective, local.product)
+    unpriced = Penalised(fit.unknowns, price=0.0).value(squares, x, local)
+    return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until)
 
 
 def _usual(unknowns: Unknowns) -> Array:
@@ -90,14 +107,15 @@ def _usual(unknowns: Unknowns) -> Array:
 def gone_on(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = begun(found, effects, values)
-    steps = _MORE if len(effects) > len(found.effects) else _STEPS
-    return _settled(found.study, effects, x, Penalised(unknowns), steps)
+    return _settled(found.study, effects, x, Penalised(unknowns), _MORE, found.until)
 
 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
     """Unknowns with other effects, and where they begin."""
     model = with_more(found.study, effects)
-    unknowns = Unknowns(model, len(found.study.file.study.effects))
+    new = tuple(one for one in effects if one not in found.effects)
+    entered = (*found.unknowns.entered, *(new if len(new) == 1 else ()))
+    unknowns = Unknowns(model, len(found.study.file.study.effects), entered)
     known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}
     return unknowns, unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
 
@@ -111,7 +129,7 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
     effects = tuple(of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
     unknowns, x = begun(found, effects, {})
-    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _STEPS)
+    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _STEPS, found.until)
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

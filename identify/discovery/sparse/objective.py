@@ -11,6 +11,7 @@ logarithmic price lambda^3 ln(1 + u / lambda^2): Candes, Wakin and Boyd, J. Four
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from identify.core.arrays import Array, Mask
 from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
-from identify.vibration.costs.information import each_set, rows_of
+from identify.vibration.costs.information import by_lines, each_set, rows_of
 
 PRICE = 3.0
 """lambda: an amplitude must move what is left by about three of its standard deviations."""
@@ -28,6 +29,7 @@ _LONGEST = 1.5
 _SETTLED = 0.05
 """Fall of the objective, in natural units of log odds, below which it is done; times the squared gap: far
 from the data what is missing gains far more than any last steps do."""
+_FEWEST = 3
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE, _NOTHING = 4, 0.7, 1e-12
 """Steps of what is present alone between two of all unknowns, where that is less than so much of them; an
@@ -85,7 +87,8 @@ class Penalised:
         some = np.flatnonzero(np.ones(len(numbers), dtype=bool) if moving is None else moving)
         free = numbers[some]
         parts = each_set(
-            lambda t: rows_of(t, values, free, self._likelihood.residuals_of).product(free), self.targets
+            lambda t: rows_of(t, values, free, self._likelihood.residuals_of).product(free),
+            by_lines(self.targets, len(free)),
         )
         slope = np.append(np.where(self.unknowns.log, values[numbers], 1.0)[some], 1.0)
         found, place = np.zeros((len(numbers) + 1,) * 2), np.append(some, len(numbers))
@@ -134,11 +137,13 @@ class Penalised:
             slope[unit.amplitudes] -= pull @ away[unit.amplitudes]
         return curvature, slope
 
-    def minimise(self, point: Point, steps: int) -> Point:
+    def minimise(self, point: Point, steps: int, until: float = np.inf) -> Point:
         """So many steps at most: of all unknowns, and between those a few of what is present alone, which
-        cost far less where most is absent.
+        cost far less where most is absent; few after `until`, s of the monotonic clock.
         """
         while not point.settled and point.steps < steps:
+            if point.steps >= _FEWEST and time.monotonic() > until:
+                break
             point = self.step(point)
             inner, last = point, min(point.steps + _INNER, steps)
             moving = self.present(point.x)

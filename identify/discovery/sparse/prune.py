@@ -46,7 +46,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
         loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING)
         if not loose:
             break
-        most = len(loose) if found.gap < CLOSED else max(len(support) // 4, 1)
+        at_once = found.gap < CLOSED or found.late
+        most = len(loose) if at_once else max(len(support) // 4, 1)
         gone = {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
         say(f"Without evidence: {', '.join(sorted(gone))}.")
         seen = [unit for unit in found.unknowns.units if unit.name not in gone]

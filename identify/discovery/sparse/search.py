@@ -6,9 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from identify.core.arrays import Array, Mask
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
 from identify.discovery.sparse.bounded import bounded_step
@@ -20,7 +22,9 @@ from identify.discovery.sparse.dense import (
 )
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
 from identify.discovery.sparse.evidence import (
+    PAYS,
     Weighed,
+    believable,
     eliminated,
     floor_of,
     price,
@@ -29,7 +33,7 @@ from identify.discovery.sparse.evidence import (
 from identify.discovery.sparse.fit import Found, begun, dense_fit, gone_on, of_units
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.objective import Local, Penalised
 from identify.discovery.sparse.prune import SEEN, Say, Unseen, costs_of_dropping, pruned
 from identify.discovery.sparse.unknowns import Unit
 from identify.fitting.selection.workbench import Story
@@ -43,8 +47,8 @@ from identify.vibration.all_springs import all_springs
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_uncertainty
 
-_MOST_ENTERED, _TRIED, _PAYS = 8, 2, 3
-"""How often more may enter, how many are tried at a time, and parameters that each must pay for at least."""
+_MOST_ENTERED, _TRIED = 8, 2
+"""How often more may enter, and how many are tried at a time."""
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
 _FEW = 2
@@ -72,14 +76,17 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     structure = tuple(all_springs(problem, shrink=True))
     if not stated:
-        few = pruned(_further(dense_fit(problem, structure, usual=False), story, 1), say, unseen)
+        few = pruned(
+            _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1), say, unseen
+        )
         if story.late or (few[0].gap < CLOSED and len(few[1]) <= _FEW):
             return _said(*few, unseen, say)
-    fits = [_further(dense_fit(bending, structure, usual=True), story)]
+    fits = [_further(dense_fit(bending, structure, usual=True, until=story.until), story)]
     if _open(fits) and not story.late:
-        fits.append(dense_fit(problem, (*structure, *instruments(problem)), usual=True))
+        more = (*structure, *instruments(problem))
+        fits.append(dense_fit(problem, more, usual=True, until=story.until))
     if _open(fits) and not story.late:
-        other = dense_fit(bending, structure, usual=True, shares=_WIDENED)
+        other = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
         fits.append(_further(other, story) if other.objective < fits[0].objective else other)
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
@@ -118,11 +125,15 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
     """
     each_costs = price(found.unknowns.count)
     for _ in range(most):
-        if found.gap < CLOSED or story.late:
+        if (found.gap < CLOSED and believable(found.problem, found.values)) or story.late:
             break
-        fitted = [_tried(found, one) for one in _worth(list(_trials(found)), _PAYS * each_costs)]
-        best = min(fitted, key=lambda fit: fit.objective + each_costs * len(fit.x), default=found)
-        if found.objective - best.objective < each_costs * max(len(best.x) - len(found.x), _PAYS):
+        # What fits the data by errors that are far out can only be what those are errors of.
+        trials = _linear(found) if found.gap < CLOSED else _trials(found)
+        fitted = [_tried(found, one) for one in _worth(list(trials), each_costs)]
+        best = min(
+            fitted, key=lambda fit: fit.unpriced + each_costs * len(fit.x) - _before(fit), default=found
+        )
+        if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
             break
         new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
@@ -130,72 +141,161 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
     return found
 
 
-def _worth(trials: Sequence[Trial], least: float) -> list[Trial]:
-    """Those that gain most, and what gains most for each of its parameters: by first order large effects
-    gain less than they do, and what says the same with few parameters would not be seen behind many.
+def _before(found: Found) -> float:
+    """Logarithm of the prior odds for where bodies that entered by themselves hang: every other one of what
+    nobody stated is a tool or payload on the last link.
     """
-    most = sorted((one for one in trials if one[0] > least), key=lambda one: -one[0])
-    sized = [one for one in most if one[2] and one not in most[:_TRIED]]
-    return [*most[:_TRIED], *sorted(sized, key=lambda one: -one[0] / len(one[2]))[:1]]
+    last, others = found.study.robot.links[-1].name, len(found.study.robot.links) - 2
+    bodies = [one for one in found.unknowns.entered if isinstance(one, AddedMass)]
+    return float(np.log(max(others, 1)) * sum(one.link == last for one in bodies))
+
+
+class Trial(NamedTuple):
+    """What may go on: what it would gain at first order, its effects, the values that new ones begin with,
+    and how many unknowns it adds.
+    """
+
+    gain: float
+    effects: tuple[Effect, ...]
+    values: Mapping[str, float]
+    size: int
+
+
+def _worth(trials: Sequence[Trial], each_costs: float) -> list[Trial]:
+    """Those that gain most beyond the price of their unknowns, and what gains most for each of these: by
+    first order large effects gain less than they do, and what says the same with few would not be seen.
+    """
+    worth = [one for one in trials if one.gain > PAYS * each_costs]
+    most = sorted(worth, key=lambda one: each_costs * one.size - one.gain)
+    rest = [one for one in most[_TRIED:] if one.size]
+    return [*most[:_TRIED], *sorted(rest, key=lambda one: -one.gain / one.size)[:1]]
 
 
 def _tried(found: Found, trial: Trial) -> Found:
     """The fit gone on with a trial; where free sensors leave something open, with those alone whose errors
     have the form of a fault: others make up for shapes that are not there yet, and would keep them out.
     """
-    more = gone_on(found, trial[1], trial[2])
-    free = any(isinstance(one, SensorMatrix) for one in trial[1] if one not in found.effects)
+    more = gone_on(found, trial.effects, trial.values)
+    free = any(isinstance(one, SensorMatrix) for one in trial.effects if one not in found.effects)
     return more if more.gap < CLOSED or not free else _recognised(more)
-
-
-Trial = tuple[float, tuple[Effect, ...], Mapping[str, float]]
-"""What a trial would gain at first order, its effects and the values that new ones begin with."""
 
 
 def _trials(found: Found) -> Iterator[Trial]:
     """Everything that may go on."""
-    for some in (instruments(found.study), relaxations(found.study), _bodies(found)):
-        if not _has(found, some):
-            effects = (*found.effects, *(one for one in some if one not in found.effects))
-            yield _foreseen(found, effects, {}), effects, {}
+    yield from _linear(found)
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
-        yield _foreseen(found, effects, values), effects, values
+        yield Trial(_foreseen(found, effects, values), effects, values, len(values))
     beside = Beside.of(found.unknowns, found.x, found.product)
     for gain, effects in moved_mounts(found.study, found.effects, beside):
-        yield gain, effects, {}
+        yield Trial(gain, effects, {}, 3)
     for one in candidates(found.problem, beside):
-        yield one.gain, (*found.effects, one.effect), one.values
+        yield Trial(one.gain, (*found.effects, one.effect), one.values, len(one.values))
 
 
-def _has(found: Found, some: Sequence[Effect]) -> bool:
-    """Whether a fit has effects of these kinds, or there are none."""
-    kinds = {one.kind for one in found.effects}
-    return all(one.kind in kinds for one in some)
+def _linear(found: Found) -> Iterator[Trial]:
+    """Instruments, relaxations, bodies: all of a family at once, and each of them alone."""
+    families = instruments(found.study), relaxations(found.study), _bodies(found)
+    absent = [new for some in families if (new := _absent(found, some))]
+    if not absent:
+        return
+    local = _Quadratic.about(found, (*found.effects, *(one for some in absent for one in some)), {})
+    for some in absent:
+        own = [unit for unit in local.units if unit.effect in some]
+        yield Trial(local.gain(own), (*found.effects, *some), {}, sum(len(unit.all) for unit in own))
+        if len(own) > 1:
+            for unit in own:
+                values = local.there([unit]) if found.gap < CLOSED else {}
+                yield Trial(local.gain([unit]), (*found.effects, _alone(unit)), values, len(unit.all))
+
+
+def _absent(found: Found, some: Sequence[Effect]) -> list[Effect]:
+    """Those that a fit does not have; of sensors those that are not free."""
+    free = {point for one in found.effects if isinstance(one, SensorMatrix) for point in one.points}
+    rest = list[Effect]()
+    for one in some:
+        if isinstance(one, SensorMatrix):
+            points = [point for point in one.points if point not in free]
+            rest += [one.model_copy(update={"points": points})] if points else []
+        elif one not in found.effects:
+            rest.append(one)
+    return rest
+
+
+def _alone(unit: Unit) -> Effect:
+    """The effect with that unit alone."""
+    if not isinstance(unit.effect, SensorMatrix):
+        return unit.effect
+    points = [point for point in unit.effect.points if str(point) == unit.name]
+    return unit.effect.model_copy(update={"points": points})
 
 
 def _bodies(found: Found) -> Sequence[Effect]:
-    """Not beside masses that are uncertain by themselves, nor free sensors, which take up any scale of the
-    masses.
-    """
+    """Not beside free sensors, which take up any scale of the masses."""
     free = any(isinstance(one, SensorMatrix) for one in found.effects)
-    masses = found.study.file.study.uncertainty not in (None, FORMS_ALONE)
-    return () if free or masses else bodies(found.study)
+    return () if free else bodies(found.study)
+
+
+@dataclass(frozen=True)
+class _Quadratic:
+    """A fit with more effects about where these begin: curvature and slope of its objective without prices,
+    bounds of a step; present: unknowns of the fit that move; squares and count as there.
+    """
+
+    fit: Penalised
+    x: Array
+    local: Local
+    present: Mask
+
+    @classmethod
+    def about(cls, found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> _Quadratic:
+        """Where the new ones begin."""
+        unknowns, x = begun(found, effects, values)
+        fit = Penalised(unknowns, price=0.0)
+        new = [unit for unit in unknowns.units if unit.effect not in found.effects]
+        present = fit.present(x)
+        present[[n for unit in new for n in unit.all]] = False
+        return cls(fit, x, fit.local(x), present)
+
+    @property
+    def units(self) -> list[Unit]:
+        """All that may be missing."""
+        return self.fit.unknowns.units
+
+    def gain(self, units: Sequence[Unit]) -> float:
+        """What some units would gain beside what is present, in units of log likelihood with a free scale."""
+        return self._step(self._moving(units))[1] - self._step(self.present)[1]
+
+    def there(self, units: Sequence[Unit]) -> dict[str, float]:
+        """Values of the unknowns that move where some units are, by name."""
+        moving = self._moving(units)
+        values = self.fit.unknowns.to_values(self.x + self._step(moving)[0])[self.fit.unknowns.free]
+        names = self.fit.unknowns.names
+        return {names[n]: float(values[n]) for n in np.flatnonzero(moving)}
+
+    def _moving(self, units: Sequence[Unit]) -> Mask:
+        moving = self.present.copy()
+        moving[[n for unit in units for n in unit.all]] = True
+        return moving
+
+    def _step(self, moving: Mask) -> tuple[Array, float]:
+        """(f,) of those that move, and what it gains."""
+        curvature, slope = self.fit.quadratic(self.x, self.local)
+        lower, upper = (side - self.x for side in self.fit.unknowns.limits)
+        own, change = np.ix_(moving, moving), np.zeros(len(self.x))
+        size = np.diag(curvature)[moving]
+        # Near the data the quadratic holds as far as errors that are far out would come back.
+        damping = 1e-9 if self.local.gap < CLOSED else 1e-3
+        damped = curvature[own] + np.diag(np.where(size > 0, damping * size, 1.0))
+        change[moving] = bounded_step(damped, slope[moving], lower[moving], upper[moving])
+        fall = float(slope @ change - 0.5 * change @ curvature @ change) * self.local.gap**2
+        return change, gain_of(2 * fall, self.local.product[-1, -1], self.fit.count)
 
 
 def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> float:
-    """What other effects would gain by the quadratic about where they begin, in units of log likelihood with
-    a free scale.
-    """
-    unknowns, x = begun(found, effects, values)
-    fit = Penalised(unknowns, price=0.0)
-    local = fit.local(x)
-    curvature, slope = fit.quadratic(x, local)
-    lower, upper = (side - x for side in unknowns.limits)
-    damped = curvature + np.diag(np.where(np.diag(curvature) > 0, 1e-3 * np.diag(curvature), 1.0))
-    change = bounded_step(damped, slope, lower, upper)
-    fall = float(slope @ change - 0.5 * change @ curvature @ change) * local.gap**2
-    return gain_of(2 * fall, local.product[-1, -1], fit.count)
+    """What other effects would gain where they begin."""
+    local = _Quadratic.about(found, effects, values)
+    return local.gain([unit for unit in local.units if unit.effect not in found.effects])
 
 
 def _bent(found: Found) -> set[str]:
@@ -225,7 +325,7 @@ def _said(
     kept: Found, evidence: dict[str, float], inflated: float, unseen: Unseen | None, say: Say
 ) -> Explained:
     worth = {}
-    if unseen is not None and kept.gap >= CLOSED:
+    if unseen is not None and kept.gap >= CLOSED and not kept.late:
         worth = costs_of_dropping(kept, inflated, unseen)
         say("Effects are ranked by what leaving each out costs on data that are not fitted.")
     return Explained(named(kept, evidence, inflated, worth), kept.values, kept.study)
@@ -262,7 +362,7 @@ def named(
 def _of_sensor(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:
     """The simplest fault that a sensor's matrix stands for."""
     error = found.x[unit.amplitudes].reshape(3, 3)
-    weight = eliminated(known.information, unit.amplitudes, floor_of(unit))
+    weight = eliminated(known.information, unit.amplitudes, floor_of(unit, found.unknowns))
     effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
     return effect, own
 

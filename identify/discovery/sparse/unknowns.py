@@ -24,12 +24,14 @@ _MEASURED_STD = 1.0
 """Of an entry of a sensor's matrix, the logarithm of a gain: errors of more than a factor of three are
 rare.
 """
+_OF_BOUND = 2.5
 
 
 @dataclass(frozen=True)
 class Unit:
     """What is present or absent as a whole: numbers of its amplitudes among the free unknowns, and of all
-    that goes with it, such as retardation times; priced: shrunk, unless it entered with a size of its own.
+    that goes with it, such as retardation times; priced: shrunk, unless it entered by itself; sized: with a
+    size that is never nothing, such as the mass of a resonator.
     """
 
     effect: Effect
@@ -37,16 +39,18 @@ class Unit:
     amplitudes: Index
     all: Index
     priced: bool = True
+    sized: bool = False
 
 
 @dataclass(frozen=True)
 class Unknowns:
     """Free unknowns (f,) of a problem; known: how many effects the study itself has, which are not asked
-    for.
+    for; entered: effects that entered by themselves, which no price takes away.
     """
 
     problem: Problem
     known: int
+    entered: tuple[Effect, ...] = ()
 
     @cached_property
     def count(self) -> int:
@@ -74,13 +78,18 @@ class Unknowns:
         return np.array([name.endswith(".compliance") for name in self.names], dtype=bool)
 
     @cached_property
+    def nuisances(self) -> Mask:
+        """Errors of what was told, in their standard deviations."""
+        return np.array([self.problem.parameters[n].nuisance for n in self.free], dtype=bool)
+
+    @cached_property
     def limits(self) -> tuple[Array, Array]:
         """Lower and upper bounds, on the search scale; errors of what was told have none."""
         own = [self.problem.parameters[n] for n in self.free]
         lower, upper = (np.array([getattr(p, side) for p in own]) for side in ("lower", "upper"))
         with np.errstate(all="ignore"):
             scaled = [np.where(self.log, np.log(side), side) for side in (lower, upper)]
-        error = np.array([p.nuisance for p in own])
+        error = self.nuisances
         return np.where(error, -np.inf, scaled[0]), np.where(error, np.inf, scaled[1])
 
     @cached_property
@@ -91,13 +100,13 @@ class Unknowns:
         for effect, numbers in self.problem.measurements[0].system.effects[self.known :]:
             own = np.array([place[n] for n in numbers.tolist() if n in place], dtype=int)
             if not effect.of_measurement and self._entered(own):
-                found.append(Unit(effect, effect.sentence(), own, own, priced=False))
+                found.append(Unit(effect, effect.sentence(), own, own, priced=False, sized=True))
                 continue
             pairs = [(_unit_of(effect, self.names[n]), n) for n in own]
             for name, some in groupby(sorted(pairs), key=lambda pair: pair[0]):
                 every = np.array([n for _, n in some], dtype=int)
                 carried = self.springs[every] if self.springs[own].any() else np.full(len(every), True)
-                found.append(Unit(effect, name, every[carried], every))
+                found.append(Unit(effect, name, every[carried], every, effect not in self.entered))
         return found
 
     def _entered(self, own: Index) -> bool:
@@ -111,7 +120,7 @@ class Unknowns:
         """
         found = x - self.reference
         for unit in self.units:
-            if not unit.priced:
+            if unit.sized:
                 found[unit.amplitudes] = np.where(self.log[unit.amplitudes], 1.0, found[unit.amplitudes])
         return found
 
@@ -120,7 +129,7 @@ class Unknowns:
         """(f,) on the search scale: where priors are centred; zero for compliances and errors of what was
         told.
         """
-        return np.where(self.springs, 0.0, self.to_x(self.problem.initial))
+        return np.where(self.springs | self.nuisances, 0.0, self.to_x(self.problem.initial))
 
     @cached_property
     def precision(self) -> Array:
@@ -128,15 +137,22 @@ class Unknowns:
         own = {n for _, numbers in self.problem.measurements[0].system.effects[: self.known] for n in numbers}
         found = np.where(self.log & np.isin(self.free, list(own)), _GUESS_STD**-2, 0.0)
         for position, number in enumerate(self.free):
-            if self.problem.parameters[number].nuisance:
+            if self.nuisances[position]:
                 found[position] = 1.0
             elif self.problem.parameters[number].prior_std:
                 found[position] = self.problem.parameters[number].prior_std ** -2
         for unit in self.units:
             if isinstance(unit.effect, MeasurementEffect):
-                scale = 1e-3 if unit.effect.kind == "time-delay" else _MEASURED_STD
-                found[unit.amplitudes] = scale**-2
+                found[unit.amplitudes] = self.usual(unit) ** -2
         return found
+
+    def usual(self, unit: Unit) -> float:
+        """By how much a fault of the measurement is off where there is one: standard deviation on the search
+        scale; what has bounds of its own and is no matrix, such as a delay, by 40 % of that.
+        """
+        [first, *_] = unit.amplitudes
+        bounded = not self.log[first] and "matrix_" not in self.names[first]
+        return self.limits[1][first] / _OF_BOUND if bounded else _MEASURED_STD
 
     def moved(self, unit: Unit, x: Array, product: Array) -> float:
         """Units of noise by which a unit moves the FRFs at x (f,); product (f + 1, f + 1) of [J r]."""

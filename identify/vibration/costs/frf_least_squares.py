@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.compressed import compressed_frfs
-from identify.vibration.costs.information import Rows, each_set, over_noise, rows_of
+from identify.vibration.costs.information import Rows, by_lines, each_set, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget, Targets
 
 LOG_FLOOR = 0.1
@@ -163,8 +163,9 @@ class PosteriorObjective(ProductObjective):
             rows = rows_of(target, values, free, self._likelihood.residuals_of)
             return rows.product(free), rows if rows.nbytes < share else None
 
-        products, rows = zip(*each_set(own, self.targets), strict=True)
-        self._rows = [one for one in rows if one is not None]
+        # Derivatives are kept where every set is in one part.
+        products, rows = zip(*each_set(own, by_lines(self.targets, len(free))), strict=True)
+        self._rows = [one for one in rows if one is not None] if len(rows) == len(self.targets) else []
         product = np.asarray(sum(products) / self._softness**2)
         add_errors(product, values, free, self.errors)
         total = float(product[-1, -1])

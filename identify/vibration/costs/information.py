@@ -17,6 +17,8 @@ from identify.vibration.nuisances.blocks import chosen
 from identify.vibration.nuisances.sensitivity import Block
 
 Made = TypeVar("Made")
+_SLOPE_BYTES, _MOST_BYTES = 64, 200_000_000
+"""Of one slope, complex, on the way and in real and imaginary parts; of those of a part of a set."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,25 @@ def information(targets: Sequence[FrfTarget], values: Array, free: Index) -> Inf
     def own(target: FrfTarget) -> Array:
         return rows_of(target, values, free, over_noise).product(free)
 
-    product = sum(each_set(own, targets), start=np.zeros((len(free) + 1, len(free) + 1)))
+    parts = by_lines(targets, len(free))
+    product = sum(each_set(own, parts), start=np.zeros((len(free) + 1, len(free) + 1)))
     return Information(product, sum(2 * target.sigma.size for target in targets))
+
+
+def by_lines(targets: Sequence[FrfTarget], free: int) -> list[FrfTarget]:
+    """The sets in parts of so few lines that the slopes of each, by so many unknowns, take little memory:
+    sums over lines do not mind.  Sets whose impacts are simulated stay whole.
+    """
+    found = list[FrfTarget]()
+    for target in targets:
+        count, outputs, inputs = target.data.frf.shape
+        parts = -(-count * outputs * inputs * (free + 1) * _SLOPE_BYTES // _MOST_BYTES)
+        if target.simulated is not None or parts < 2:
+            found.append(target)
+            continue
+        for lines in np.array_split(np.arange(count), parts):
+            found.append(target.at_lines(np.isin(np.arange(count), lines)))
+    return found
 
 
 def each_set(work: Callable[[FrfTarget], Made], targets: Sequence[FrfTarget]) -> list[Made]:

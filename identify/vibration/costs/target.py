@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.errors import InputError
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
@@ -93,6 +93,11 @@ class FrfTarget:
         """(lines, pairs): the measured FRFs."""
         outputs, inputs = self.pairs
         return np.asarray(self.data.frf[:, outputs, inputs])
+
+    def at_lines(self, lines: Mask) -> FrfTarget:
+        """The same at some of its frequency lines (lines,)."""
+        noise = None if self.noise is None else self.noise[lines]
+        return replace(self, data=replace(self.data.lines(lines), noise=noise), noise=noise)
 
     @cached_property
     def sigma(self) -> Array:

@@ -1,0 +1,138 @@
+"""Other forms of what was found: neighbours, a strut for springs in any direction, laws that lean."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.discovery.forms import in_other_forms
+from identify.discovery.lean import leaning_task, may_lean
+from identify.discovery.neighbours import neighbours
+from identify.discovery.state import Added, State
+from identify.discovery.strut import _Strut, strut_task
+from identify.discovery.task import Task
+from identify.discovery.thinned import thinned
+from identify.discovery.trial import TrialRunner
+from identify.discovery.workers import Workers
+from identify.fitting.selection.workbench import Story
+from identify.model.effects.base import parse_effect
+from identify.model.effects.measured_impedance import MeasuredImpedance
+from identify.model.effects.spring_to_ground import SpringToGround
+from identify.vibration.given import Given
+from identify.vibration.problem import Measurement, Problem, load_problem, with_effects
+from identify.vibration.study import read_study
+
+CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
+TILT = {"kind": "joint-compliance", "axes": ["rx", "ry"]}
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    """The shipped example with its data."""
+    return load_problem(read_study(CONFIG))
+
+
+def test_neighbours_are_of_the_same_kind_right_beside(problem: Problem) -> None:
+    """Springs of bearings are in the dense model already, all of them."""
+    springs = list(SpringToGround.instances(problem.robot, problem.points))
+    beside = neighbours(problem, springs[4])
+    own = getattr(springs[4], "link", "")
+    names = [one.name for one in problem.robot.links]
+    at = names.index(own)
+    links = {one.link for one in beside if isinstance(one, SpringToGround)}
+    assert links <= {names[n] for n in (at - 1, at, at + 1) if n < len(names)}
+    assert names[at - 1] in links
+    for other in ({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}, {"kind": "time-delay"}):
+        assert not neighbours(problem, parse_effect(other))
+
+
+def _measured(problem: Problem, model: Problem) -> Problem:
+    """The problem with what a model predicts, and some noise, in place of its data."""
+    rng = np.random.default_rng(1)
+
+    def other(m: Measurement, told: Measurement) -> Measurement:
+        frf = told.target.predict(model.initial)  # type: ignore[union-attr]
+        noise = 0.001 * (np.abs(frf) + np.abs(frf).mean())
+        frf = frf + noise * (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape)) / np.sqrt(2)
+        given: Given = replace(m.given, data=replace(m.given.data, frf=frf, noise=noise / np.sqrt(2)))
+        return replace(m, given=given)
+
+    pairs = zip(problem.measurements, model.measurements, strict=True)
+    measured = replace(problem, measurements=tuple(other(m, told) for m, told in pairs))
+    return with_effects(measured, problem.file.study.effects, {})
+
+
+def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
+    """With its direction, stiffness and four parameters in place of twelve; and not where much is left."""
+    known, true = tuple(problem.file.study.effects), np.array([0.6, -0.48, 0.64])
+    thin = thinned(problem)
+    link = thin.robot.links[3].name
+    strut = {"kind": "spring-to-ground", "link": link, "at_m": [0.1, -0.2, 0.3]}
+    own = {f"{link}.strut.stiffness": 3e5, f"{link}.strut.damping": 300.0}
+    told = with_effects(thin, (*known, parse_effect(strut | {"direction": true.tolist()})), own)
+    measured = _measured(thin, told)
+    springs, runner = parse_effect(strut | {"cross_coupling": True}), TrialRunner(measured)
+    values = {p.name: p.initial for p in measured.parameters}
+    trial = runner.run(Task(known, (springs,), values, whole=True))
+    assert trial.gap < 1.05
+    starts = np.array(
+        [y[-4:-1] for y in _Strut(with_effects(measured, trial.task.effects, trial.values)).starts()]
+    )
+    along = np.abs(starts @ true) / np.linalg.norm(starts, axis=1)
+    assert along.max() > np.cos(np.radians(2.0)), "a linear step from the springs knows the direction"
+    task = strut_task(measured, trial)
+    assert task is not None
+    [found] = task.new
+    assert isinstance(found, SpringToGround)
+    assert np.allclose(found.direction or 0.0, true, atol=0.03)
+    state = State(measured, trial, (Added(springs, 100.0),))
+    with Workers(measured, 1) as workers:
+        turned = in_other_forms(workers, state, Story())
+    [one], end = turned.added, turned.model
+    assert one.effect == found and one.evidence > 100
+    assert found in end.task.effects
+    assert end.values[f"{link}.strut.stiffness"] == pytest.approx(3e5, rel=0.03)
+    assert end.gap == pytest.approx(trial.gap, abs=0.01)
+    assert trial.free - end.free == 8
+    assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
+
+
+@pytest.mark.parametrize("lean", [0.03, 0.0])
+def test_a_measured_law_leans_where_the_data_show_it(problem: Problem, lean: float) -> None:
+    """And only there: a law about the coordinate stays as it is."""
+    known, thin = tuple(problem.file.study.effects), thinned(problem)
+    straight = {"kind": "measured-impedance", "at": ["joint2.rx"], "branches": 0}
+    own = {"joint2.rx.stiffness": 1e6, "joint2.rx.damping": 1e3}
+    turned = straight | ({"lean": {"joint2.ry": lean}} if lean else {})
+    measured = _measured(thin, with_effects(thin, (*known, parse_effect(turned)), own))
+    law, runner = parse_effect(straight), TrialRunner(measured)
+    values = {**{p.name: p.initial for p in measured.parameters}, **own}
+    trial = runner.run(Task(known, (law,), values, whole=True))
+    task = leaning_task(measured, trial)
+    if not lean:
+        assert task is None
+        return
+    assert task is not None
+    [found] = task.new
+    assert isinstance(found, MeasuredImpedance)
+    assert found.lean["joint2.ry"] == pytest.approx(lean, rel=0.1)
+    with Workers(measured, 1) as workers:
+        end = in_other_forms(workers, State(measured, trial, (Added(law, 100.0),)), Story()).model
+    assert found in end.task.effects
+    assert end.gap < 1.05 < trial.gap
+    assert end.values["joint2.rx.stiffness"] == pytest.approx(1e6, rel=0.02)
+    assert end.free == trial.free + 1
+
+
+def test_what_an_axis_may_lean_towards() -> None:
+    """The other coordinates of its kind, and only of a single one."""
+    one = {"kind": "measured-impedance", "at": ["joint2.rx"]}
+    assert may_lean(parse_effect(one))
+    assert not may_lean(parse_effect(one | {"at": ["joint2.rx", "joint2.ry"]}))
+    assert not may_lean(parse_effect(one | {"lean": {"joint2.ry": 0.1}}))
+    for lean in ({"joint2.tx": 0.1}, {"joint3.ry": 0.1}, {"joint2.rx": 0.1}):
+        with pytest.raises(ValueError, match="lean"):
+            parse_effect(one | {"lean": lean})
