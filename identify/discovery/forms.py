@@ -5,14 +5,15 @@ relaxation times in place of a spring, a strut in place of springs in any direct
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from identify.core.thresholds import CONVINCING
-from identify.discovery.evidence import EvidenceCriterion, closed
+from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
 from identify.discovery.lean import leaning_task
 from identify.discovery.neighbours import moved, neighbours
-from identify.discovery.state import State, convincing, likelier
+from identify.discovery.state import Added, Rival, State, convincing, likelier
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
 from identify.discovery.thinned import thinned
@@ -26,6 +27,8 @@ from identify.vibration.problem import Problem
 
 _LOOKED, _WHOLE = 3, 2
 """The most important effects, whose other forms are looked at; how many of these are taken to all lines."""
+_RIVAL = float(np.log(0.01))
+"""Log odds above which something else in an effect's place is told: a probability of 1 %."""
 
 
 def in_other_forms(workers: Workers, state: State, story: Story) -> State:
@@ -39,7 +42,7 @@ def in_other_forms(workers: Workers, state: State, story: Story) -> State:
             break
         state = _turned(workers, better)
         story.say(f"In other forms: {state.added[0].effect.sentence()}, gap {state.model.gap:.2f}.")
-    return state
+    return state if story.late else _beside_rivals(workers, state)
 
 
 def _exchanged(
@@ -61,6 +64,20 @@ def _exchanged(
     model, gain = found
     old = next(effect for effect, task in pairs if task.new == model.task.new)
     return state.exchanged(old, model.task.new[0], model, gain)
+
+
+def _beside_rivals(workers: Workers, state: State) -> State:
+    """With what the data cannot tell well from the most important effects, in their places."""
+    criterion, added = EvidenceCriterion(variance_inflation(state.problem, state.model)), list[Added]()
+    present = Task(state.effects, (), state.model.values)
+    for number, one in enumerate(state.added):
+        tasks = list(_places(state, one.effect)) if number < _LOOKED else []
+        [before, *trials] = workers.run([present, *tasks], "other forms") if tasks else [state.model]
+        pairs = [(criterion.log_odds(before, trial), trial) for trial in trials]
+        near = sorted((pair for pair in pairs if pair[0] > _RIVAL), key=lambda pair: -pair[0])
+        rivals = tuple(Rival(trial.task.new[0], trial, odds) for odds, trial in near)
+        added.append(replace(one, rivals=rivals))
+    return replace(state, added=tuple(added))
 
 
 def _forms(state: State, effect: Effect) -> Iterator[Task]:

@@ -25,13 +25,17 @@ from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 from identify.vibration.study import StudyFile
 
+_FOLLOWED = 6
+"""Effects whose path is fitted on all lines, with the gap on data that are not fitted."""
+
 
 @dataclass(frozen=True)
 class Discovery:
     """How it went: the model at the start and at the end, the effects added in order, and every step that was
     looked at, with the places that it looked at, best first.
 
-    problem: with what was found to be uncertain besides what the study says.
+    problem: with what was found to be uncertain besides what the study says.  probabilities: of each effect
+    added.
     """
 
     problem: Problem
@@ -40,6 +44,7 @@ class Discovery:
     added: tuple[Option, ...]
     steps: tuple[Step, ...]
     places: tuple[list[PlaceFit], ...] = ()
+    probabilities: tuple[float, ...] = ()
 
     @property
     def kept(self) -> tuple[bool, ...]:
@@ -70,7 +75,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         criterion = EvidenceCriterion(variance_inflation(state.problem, state.model))
         steps = [*steps, Step(state.model, (), (), (), criterion, float("nan"))]
     added = tuple(step.found[0] for step in steps if step.found)
-    return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked))
+    odds = tuple(one.probability for one in state.added)
+    return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked), odds)
 
 
 def standing(model: Trial) -> str:
@@ -106,7 +112,8 @@ def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]
     """
     known, final = first.task.effects, state.model
     effects = [one.effect for one in state.added]
-    tasks = [Task(known, tuple(effects[:n]), final.values, steps=most) for n in range(1, len(effects))]
+    whole = len(effects) <= _FOLLOWED
+    tasks = [Task(known, tuple(effects[:n]), final.values, whole, most) for n in range(1, len(effects))]
     models = [*workers.run(tasks, "the path"), final] if effects else []
     criterion = EvidenceCriterion(variance_inflation(state.problem, final))
     steps, before = list[Step](), first
@@ -114,7 +121,13 @@ def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]
         # Models of few lines and of all have no odds over each other: these are those of the fits.
         gain = replace(criterion.gain(before, model), log_odds=one.evidence)
         option = Option(one.effect, model, max(model.free - before.free, 0), gain)
-        steps.append(Step(before, (option,), (option,), (), criterion, gain.explained))
+        rivals = tuple(
+            Option(
+                rival.effect, rival.model, option.size, replace(gain, log_odds=one.evidence + rival.log_odds)
+            )
+            for rival in one.rivals
+        )
+        steps.append(Step(before, (option, *rivals), (option,), rivals, criterion, gain.explained))
         before = model
     return steps
 

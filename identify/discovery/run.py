@@ -207,6 +207,7 @@ def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> Added
         log_odds=np.array([option.gain.log_odds for option in found.added]),
         gap=np.array([option.model.gap for option in found.added]),
         gap_validation=np.array([option.model.gap_validation for option in found.added]),
+        probability=np.array(found.probabilities),
     )
 
 

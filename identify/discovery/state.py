@@ -5,12 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import EvidenceCriterion, variance_inflation
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.model.effects.base import Effect
 from identify.vibration.problem import Problem
+
+
+@dataclass(frozen=True)
+class Rival:
+    """What may be there in place of an effect: the model with it, on few lines, and its log odds over the one
+    with the effect.
+    """
+
+    effect: Effect
+    model: Trial
+    log_odds: float
 
 
 @dataclass(frozen=True)
@@ -22,6 +35,13 @@ class Added:
     effect: Effect
     evidence: float
     worth: float = 0.0
+    rivals: tuple[Rival, ...] = ()
+
+    @property
+    def probability(self) -> float:
+        """That it is there, and neither nothing nor a rival in its place."""
+        others = [-self.evidence, *(one.log_odds for one in self.rivals)]
+        return float(1 / (1 + np.exp(np.clip(others, -700, 700)).sum()))
 
 
 @dataclass(frozen=True)

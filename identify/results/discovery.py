@@ -107,7 +107,8 @@ class AddedEffects:
     """The effects added (n), in order: sentence, kind, entry of the config (JSON), name with its numbers,
     gaps after adding it.
 
-    parameters: the names of its parameters, with commas between them.
+    parameters: the names of its parameters, with commas between them; probability: that it is there, and
+    neither nothing nor one of its rivals in its place.
     """
 
     FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
@@ -119,6 +120,7 @@ class AddedEffects:
     log_odds: Array
     gap: Array
     gap_validation: Array
+    probability: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)

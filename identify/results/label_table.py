@@ -86,7 +86,9 @@ ARRAYS: dict[str, dict[str, str]] = {
         "measurements band channels": "gap",
     },
     "StepResult": {"effect": "model", "rival": "alike"},
-    "AddedEffects": {"sentence": "sentence kind config named parameters log_odds gap gap_validation"},
+    "AddedEffects": {
+        "sentence": "sentence kind config named parameters log_odds gap gap_validation probability"
+    },
     "PlaceTable": {"sentence": "sentence gap unknowns"},
     "CurveTable": {
         "frequency_hz": "frequency_hz",

@@ -73,7 +73,8 @@ def _explained(state: State, story: Story) -> list[Any]:
         }
         for one in found.named
     ]
-    return [named, found.values, found.problem.file.study.uncertainty == FORMS_ALONE]
+    bending = found.problem.file.study.uncertainty == FORMS_ALONE
+    return [named, found.values, bending and any(one.effect.has_form for one in found.named)]
 
 
 def _unseen(

@@ -55,6 +55,7 @@ def added_table(result: DiscoveryResult) -> Table:
                 number(a.gap_validation[i]),
                 *shares,
                 number(a.log_odds[i]),
+                percent(a.probability[i]) if i < len(a.probability) else NONE,
             )
         )
     columns = (
@@ -65,12 +66,13 @@ def added_table(result: DiscoveryResult) -> Table:
         Column("Explained", "%"),
         Column("Other data", "%"),
         Column("Log odds"),
+        Column("Probability", "%"),
     )
     note = (
         f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
         f" data {number(first_other)}. Explained: share of what was above noise at first. Log odds: of the"
-        f" model with it over that without it; above {CONVINCING:.0f} convinces. Other"
-        f" data: {result.elsewhere}."
+        f" model with it over that without it; above {CONVINCING:.0f} convinces. Probability: that it is"
+        f" there, and not one of its rivals, beside all else that was named. Other data: {result.elsewhere}."
     )
     return Table("Added effects", columns, tuple(rows), note)
 
