@@ -5,10 +5,12 @@ relaxation times in place of a spring, a strut in place of springs in any direct
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
+from identify.core.errors import InputError, InputErrors
 from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
 from identify.discovery.lean import leaning_task
@@ -92,7 +94,7 @@ def _places(state: State, effect: Effect) -> Iterator[Task]:
     known, values = state.without(effect), state.model.values
     own = Trial(Task(known, (effect,), values), values, 0.0, 1)
     for other in neighbours(state.problem, effect):
-        if other not in known:
+        with suppress(InputError, InputErrors):  # where another effect has that place
             yield Task(known, (other,), moved(state.problem, own, other))
 
 

@@ -68,7 +68,7 @@ def decision(step: Step, kept: bool) -> str:
     if best is None:
         if not step.options:
             return (
-                "Nothing was tried: no place in the robot or the measurement explains more than noise does."
+                "Nothing more was added: no effect and no law at one of these places explains what is left."
             )
         why = "none improves fitted and other data by more than its parameters are worth"
         return f"None of {len(step.options)} candidates is supported by the data: {why}."

@@ -22,17 +22,13 @@ def tiles(result: DiscoveryResult) -> tuple[tuple[str, str, str], ...]:
     """The few numbers that are read first."""
     first, last = first_gaps(result), last_gaps(result)
     added, parameters = len(result.added.sentence), len(added_parameters(result))
-    tried = sum(len(step.options.sentence) for step in result.steps.values())
+    rivals = sum(len(step.alike) for step in result.steps.values())
     found = f"with {count(parameters, 'parameter')}" if added else "the study's model stays as it is"
     return (
         ("Gap, fitted data", _change(first[0], last[0], added), "residual over noise; 1 is perfect"),
         ("Gap, other data", _change(first[1], last[1], added), result.elsewhere),
         ("Added", count(added, "effect"), found),
-        (
-            "Candidates tried",
-            str(tried),
-            f"in {count(len(result.steps), 'step')}, {number(result.seconds, 3)} s",
-        ),
+        ("Rivals", str(rivals), f"that explain about as much; after {number(result.seconds, 3)} s"),
     )
 
 
