@@ -35,7 +35,7 @@ class Discovery:
     looked at, with the places that it looked at, best first.
 
     problem: with what was found to be uncertain besides what the study says.  probabilities: of each effect
-    added.
+    added.  late: the time that was given was over before all was looked at.
     """
 
     problem: Problem
@@ -45,6 +45,7 @@ class Discovery:
     steps: tuple[Step, ...]
     places: tuple[list[PlaceFit], ...] = ()
     probabilities: tuple[float, ...] = ()
+    late: bool = False
 
     @property
     def kept(self) -> tuple[bool, ...]:
@@ -76,7 +77,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         steps = [*steps, Step(state.model, (), (), (), criterion, float("nan"))]
     added = tuple(step.found[0] for step in steps if step.found)
     odds = tuple(one.probability for one in state.added)
-    return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked), odds)
+    return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, story.late)
 
 
 def standing(model: Trial) -> str:

@@ -135,6 +135,8 @@ def verdict(found: Discovery) -> tuple[str, ...]:
             " candidate is supported."
         )
         return nothing, *_may_hide(first.gap)
+    if not found.added and found.late:
+        return (f"The gap is {before}, and nothing that explains it was found in the time that was given.",)
     if not found.added:
         return (
             (

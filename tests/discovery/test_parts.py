@@ -243,6 +243,12 @@ class TestSentences:
             in told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (self._step(trial),)))[0]
         )
 
+    def test_a_search_that_was_cut_short_says_nothing_of_the_catalogue(self) -> None:
+        trial = _trial(50000, 25000, 12)
+        [said] = told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (), late=True))
+        assert "in the time that was given" in said
+        assert "catalogue" not in said
+
     def test_something_found(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))
         option = _option(ROCKING, after, 4000.0)

@@ -172,12 +172,14 @@ def _worth(trials: Sequence[Trial], each_costs: float) -> list[Trial]:
 
 
 def _tried(found: Found, trial: Trial) -> Found:
-    """The fit gone on with a trial; where free sensors leave something open, with those alone whose errors
-    have the form of a fault: others make up for shapes that are not there yet, and would keep them out.
+    """The fit gone on with a trial; where several free sensors leave something open, with those alone whose
+    errors have the form of a fault: others make up for shapes that are not there yet, and would keep them
+    out.  One alone has to pay for itself.
     """
     more = gone_on(found, trial.effects, trial.values)
-    free = any(isinstance(one, SensorMatrix) for one in trial.effects if one not in found.effects)
-    return more if more.gap < CLOSED or not free else _recognised(more)
+    new = [one for one in trial.effects if one not in found.effects]
+    several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in new)
+    return more if more.gap < CLOSED or not several else _recognised(more)
 
 
 def _trials(found: Found) -> Iterator[Trial]:
