@@ -322,6 +322,7 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
         options.workpiece,
         options.turns,
         options.spindle,
+        tuple(map(Path, options.like or ())),
     )
     with batch_bar(quiet) as progress:
         result, written = mapped(

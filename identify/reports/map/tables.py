@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.reports.kit.cells import Column, Table, number, percent, turns_per_minute, words
-from identify.results.map import MapResult
+from identify.results.map import Learnt, MapResult
 
 
 def tiles(result: MapResult) -> tuple[tuple[str, str, str], ...]:
@@ -142,3 +142,85 @@ def posture_table(result: MapResult) -> Table:
     )
     angles = [Column(f"Joint {joint}", "°") for joint in range(1, rows.posture_deg.shape[1] + 1)]
     return Table("Postures", (words("Posture"), *angles, *tool, *heads, *static_heads, *peaks), tuple(found))
+
+
+_LEARNED = {
+    "frequency": ("Frequency", "Hz", 1.0),
+    "damping": ("Damping", "%", 100.0),
+    "peak": ("Peak", "µm/N", 1e6),
+}
+
+
+def process_table(learnt: Learnt) -> Table:
+    """What measured postures tell of what the model lacks."""
+    p, found = learnt.processes, []
+    for row, quantity in enumerate(p.quantity):
+        chance = 1 / (1 + np.exp(-p.log_odds[row]))
+        sizes = percent(p.amplitude[row]), number(p.length_deg[row], 2), percent(p.scatter[row])
+        shared = (number(p.shared[row], 2),) if learnt.like else ()
+        counts = str(p.postures[row]), str(p.numbers[row])
+        told = number(p.log_odds[row], 3), number(chance, 2)
+        found.append((_LEARNED[quantity][0], *counts, *told, *sizes, *shared))
+    columns = [words("Of the"), Column("Postures", ""), Column("Numbers", ""), Column("Log odds", "")]
+    columns += [Column("Probability", ""), Column("Size", "%"), Column("Another after", "°")]
+    columns += [Column("Scatter", "%"), *([Column("Shared", "")] if learnt.like else [])]
+    note = (
+        "Log odds for an error that goes with the posture, over scatter alone; size and angle of such a one."
+    )
+    if learnt.like:
+        note += f" Shared: its correlation between this robot and those of {', '.join(learnt.like)}."
+    return Table("What the map does not know", tuple(columns), tuple(found), note)
+
+
+def left_out_table(learnt: Learnt) -> Table:
+    """Each measured posture as all others tell it."""
+    t, found = learnt.left_out, []
+    for row, quantity in enumerate(t.quantity):
+        name, of, scale = _LEARNED[quantity]
+        what = (
+            f"{name} along {'xyz'[t.item[row] - 1]}"
+            if quantity == "peak"
+            else f"{name} of mode {t.item[row]}"
+        )
+        values = (scale * one[row] for one in (t.measured, t.model, t.corrected, t.low_95, t.high_95))
+        inside = "yes" if t.low_95[row] <= t.measured[row] <= t.high_95[row] else "no"
+        found.append((t.measurement[row], what, of, *map(number, values), inside))
+    heads = [words("Measurement"), words("What"), words("Unit")]
+    heads += [Column(head, "") for head in ("Measured", "Model", "Corrected", "95 % low", "95 % high")]
+    note = "Each posture is left out in turn, and told by the others alone. Axes of peaks are the sensor's."
+    return Table("Measured postures, each told by the others", (*heads, words("Inside")), tuple(found), note)
+
+
+def corrected_table(result: MapResult) -> Table | None:
+    """Every posture as the model has it, and corrected; None where nothing was learned."""
+    c, rows, found = result.correction, result.rows, []
+    if c is None:
+        return None
+    shown = min(3, rows.frequency_hz.shape[1])
+    for k, name in enumerate(rows.name):
+        cells: list[str] = []
+        for mode in range(shown):
+            hz = (c.frequency_hz, c.frequency_low_95, c.frequency_high_95)
+            ratio = (c.damping_ratio, c.damping_low_95, c.damping_high_95)
+            cells += [number(one[k, mode]) for one in (rows.frequency_hz, *hz)]
+            cells += [number(100 * c.frequency_known[k, mode], 2)]
+            cells += [percent(one[k, mode]) for one in (rows.damping_ratio, *ratio)]
+            cells += [number(100 * c.damping_known[k, mode], 2)]
+        found.append((name, *cells))
+    heads = [
+        Column(f"Mode {mode} {what}".strip(), of)
+        for mode in range(1, shown + 1)
+        for kind, of in (("", "Hz"), ("damping", "%"))
+        for what, of in (
+            (kind or "model", of),
+            (f"{kind} corrected".strip(), of),
+            (f"{kind} low".strip(), of),
+            (f"{kind} high".strip(), of),
+            (f"{kind} known".strip(), "%"),
+        )
+    ]
+    note = (
+        "With 95 % intervals of what would be measured. Known: how much of the variance before any data the"
+        " measured postures take away; 0 far from all of them, where the interval is the widest."
+    )
+    return Table("Corrected by measured postures", (words("Posture"), *heads), tuple(found), note)
