@@ -182,7 +182,7 @@ def map_part(
         correction = None
         if asked["like"] is not None:
             what = _learned(tuple(asked["like"]), asked["node"], changed)
-            correction = None if what is None else corrected(what, fitted, angles, systems, rows)
+            correction = None if what is None else corrected(what, fitted, point, lines, systems, rows)
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit, correction), path)
     return {"kept": False}
 

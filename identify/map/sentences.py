@@ -57,8 +57,9 @@ def of_processes(learnt: Learnt) -> list[str]:
             said.append(f"The {name} are corrected by {postures} (probability {chance:.2g}){told}.")
         else:
             said.append(
-                f"How the errors of the {name} go with the posture, {postures} do not tell (probability"
-                f" {chance:.2g}): they count as scatter, of {100 * table.scatter[row]:.3g} %."
+                f"Whether errors of the {name} go with the posture, {postures} do not tell (probability"
+                f" {chance:.2g}): what other parameters would not explain counts as scatter, of about"
+                f" {100 * table.scatter[row]:.3g} %."
             )
     return said
 

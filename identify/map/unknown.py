@@ -11,7 +11,15 @@ import numpy as np
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.map.process import Learned, Seen, learn
-from identify.map.residuals import Observed, Source, coordinates_of, observed, shapes_of
+from identify.map.residuals import (
+    Observed,
+    Source,
+    coordinates_of,
+    mode_slopes,
+    observed,
+    peak_slope,
+    shapes_of,
+)
 from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results.discovery import fit_of
@@ -19,6 +27,7 @@ from identify.results.map import CorrectionRows, Learnt, LeftOutTable, PostureRo
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel, fitted_model
 
+Four = tuple[Array, Array, Array, Array]
 OWN = 0
 """The number of the robot that is mapped; others of its type follow."""
 
@@ -68,49 +77,78 @@ def learned_of(sources: Sequence[Source]) -> Unknown | None:
 
 
 def corrected(
-    what: Unknown, model: FittedModel, postures: Array, systems: Sequence[System], rows: PostureRows
+    what: Unknown,
+    model: FittedModel,
+    point: Point,
+    line_hz: Array,
+    systems: Sequence[System],
+    rows: PostureRows,
 ) -> CorrectionRows:
-    """The map at postures (n, joints), rad, corrected; rows: what it has of them."""
+    """The map of a point at lines, Hz, corrected; rows: what it has of its postures, at which systems are."""
     count, shown = rows.frequency_hz.shape
     shapes = np.zeros((count, shown, len(what.names)), dtype=complex)
+    slopes = np.zeros((2, count, shown, len(model.values)))
     for row, system in enumerate(systems):
         matrices = system.matrices(model.values)
-        own = shapes_of(system, matrices[2], complex_modes(*matrices), what.names)[:shown]
+        modes = complex_modes(*matrices)
+        own = shapes_of(system, matrices[2], modes, what.names)[:shown]
         shapes[row, : len(own)] = own
+        slopes[:, row, : len(own)] = [slope[:shown] for slope in mode_slopes(model, system, modes)]
+    return CorrectionRows(
+        *_moved(what, "frequency", rows, (rows.frequency_hz, rows.frequency_high_95), shapes, slopes[0]),
+        *_moved(what, "damping", rows, (rows.damping_ratio, rows.damping_high_95), shapes, slopes[1]),
+        *_peaks(what, model, point, line_hz, systems, rows),
+    )
+
+
+def _peaks(
+    what: Unknown,
+    model: FittedModel,
+    point: Point,
+    line_hz: Array,
+    systems: Sequence[System],
+    rows: PostureRows,
+) -> Four:
+    """Of the direct receptances along the axes of the base."""
+    diagonal, count = range(3), len(rows.name)
+    line = np.abs(rows.receptance_m_per_n[:, :, diagonal, diagonal]).argmax(axis=1)
+    half = np.take_along_axis(rows.band_95[:, :, diagonal, diagonal], line[:, None], axis=1)[:, 0]
+    slopes = np.zeros((count, 3, len(model.values)))
+    if "peak" in what.learned:
+        for row, system in enumerate(systems):
+            motion = system.base_jacobian(point.link, point.position)
+            for axis in diagonal:
+                s = 2j * np.pi * line_hz[line[row, axis]]
+                slopes[row, axis] = peak_slope(model, system, motion[axis], s)
     axes = np.broadcast_to(np.eye(3, dtype=complex), (count, 3, 3))
-    top = np.abs(rows.receptance_m_per_n[:, :, range(3), range(3)])
-    line = top.argmax(axis=1)[:, None]
-    half = np.take_along_axis(rows.band_95[:, :, range(3), range(3)], line, axis=1)[:, 0]
-    peak = rows.peak_m_per_n
-    with np.errstate(divide="ignore", invalid="ignore"):
-        wide = np.log1p(np.where(peak > 0, half / peak, 0.0))
-        own_hz, own_ratio = (
-            np.log(high / value)
-            for high, value in (
-                (rows.frequency_high_95, rows.frequency_hz),
-                (rows.damping_high_95, rows.damping_ratio),
-            )
-        )
-    frequency = _moved(what.learned.get("frequency"), rows.frequency_hz, own_hz, postures, shapes)
-    damping = _moved(what.learned.get("damping"), rows.damping_ratio, own_ratio, postures, shapes)
-    return CorrectionRows(*frequency, *damping, *_moved(what.learned.get("peak"), peak, wide, postures, axes))
+    return _moved(what, "peak", rows, (rows.peak_m_per_n, rows.peak_m_per_n + half), axes, slopes)
 
 
 def _moved(
-    learned: Learned | None, value: Array, own: Array, postures: Array, shapes: Complex
-) -> tuple[Array, Array, Array, Array]:
-    """Corrected values (n, k), their 95 % limits, and what share of the variance before any data is gone; own
-    (n, k): half the interval that the fit leaves, of the logarithm.
+    what: Unknown,
+    quantity: str,
+    rows: PostureRows,
+    sides: tuple[Array, Array],
+    shapes: Complex,
+    slopes: Array,
+) -> Four:
+    """Corrected values (n, k), their 95 % limits, and what share of the variance before any data is gone;
+    sides: values and upper limits that the fit leaves, (n, k) each; slopes (n, k, p).
     """
+    value, upper = sides
     found = np.full((4, *value.shape), np.nan)
-    if learned is None:
-        return found[0], found[1], found[2], found[3]
+    learned = what.learned.get(quantity)
     there = np.isfinite(value) & (value > 0)
-    row, _ = np.nonzero(there)
-    places = Seen(postures[row], shapes[there], np.full(len(row), OWN))
-    mean, low, high, known = learned.at(places)
-    below, above = (np.hypot(own[there], np.abs(side - mean)) for side in (low, high))
-    found[:, there] = [*(value[there] * np.exp([mean, mean - below, mean + above])), known]
+    if learned is not None and there.any():
+        row, _ = np.nonzero(there)
+        moves, own = slopes[there] @ what.seen[quantity].moves, np.log(upper[there] / value[there])
+        absorbed = np.zeros((len(row), learned.seen.absorbed.shape[1]))
+        absorbed[:, : moves.shape[1]] = moves
+        postures = np.deg2rad(rows.posture_deg[row])
+        places = Seen(postures, shapes[there], np.full(len(row), OWN), absorbed)
+        mean, low, high, known = learned.at(places)
+        below, above = (np.hypot(own, np.abs(side - mean)) for side in (low, high))
+        found[:, there] = [*(value[there] * np.exp([mean, mean - below, mean + above])), known]
     return found[0], found[1], found[2], found[3]
 
 
@@ -144,7 +182,7 @@ def left_out(what: Unknown) -> LeftOutTable:
             gone = own & np.all(places == posture, axis=1)
             if gone.all():
                 continue
-            learned = learn(one.seen.rows(~gone), one.error[~gone], what.learned[quantity].w[~gone])
+            learned = learn(one.seen.rows(~gone), one.error[~gone])
             mean, low, high, _ = learned.at(one.seen.rows(gone))
             for row, moved in zip(np.flatnonzero(gone), np.exp([mean, low, high]).T, strict=True):
                 told = one.measurement[row], quantity, one.item[row]

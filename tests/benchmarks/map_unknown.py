@@ -102,11 +102,13 @@ def scored(path: Path) -> list[dict[str, Any]]:
         few = replace(fit, measurements={name: fit.measurements[name] for name in some})
         return observed([Source(few, model, point, 0)], coordinates)
 
-    unseen, rows = of(names[max(AT_HAND) :]), []
+    unseen, rows = names[max(AT_HAND) :], []
     for count in AT_HAND:
-        for quantity, known in of(names[:count]).items():
-            learned, right = learn(known.seen, known.error), unseen[quantity].error
-            mean, low, high, share = learned.at(unseen[quantity].seen)
+        every = of([*names[:count], *unseen])
+        for quantity, one in every.items():
+            known = np.isin(one.measurement, names[:count])
+            learned, right = learn(one.seen.rows(known), one.error[known]), one.error[~known]
+            mean, low, high, share = learned.at(one.seen.rows(~known))
             rows.append(
                 {
                     "quantity": quantity,
