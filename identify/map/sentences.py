@@ -48,20 +48,23 @@ def verdict(result: MapResult) -> tuple[str, ...]:
 
 def of_processes(learnt: Learnt) -> list[str]:
     """Of each quantity, whether the map is corrected, and what leaving measured postures out says of it."""
-    table, said = learnt.processes, []
+    table = learnt.processes
+    said, silent = list[str](), list[str]()
     for row, quantity in enumerate(table.quantity):
-        name, postures = _QUANTITIES[quantity], count(int(table.postures[row]), "measured posture")
-        chance = 1 / (1 + np.exp(-table.log_odds[row]))
+        name, chance = _QUANTITIES[quantity], 1 / (1 + np.exp(-table.log_odds[row]))
         if chance > 0.5:
-            told = _left_out(learnt, quantity)
+            postures, told = _postures(learnt, row), _left_out(learnt, quantity)
             said.append(f"The {name} are corrected by {postures} (probability {chance:.2g}){told}.")
         else:
-            said.append(
-                f"Whether errors of the {name} go with the posture, {postures} do not tell (probability"
-                f" {chance:.2g}): what other parameters would not explain counts as scatter, of about"
-                f" {100 * table.scatter[row]:.3g} %."
-            )
+            silent.append(f"{name} (probability {chance:.2g}, scatter {100 * table.scatter[row]:.2g} %)")
+    if silent:
+        postures = _postures(learnt, int(np.argmax(table.postures)))
+        said.append(f"Whether errors go with the posture, {postures} do not tell of {', '.join(silent)}.")
     return said
+
+
+def _postures(learnt: Learnt, row: int) -> str:
+    return count(int(learnt.processes.postures[row]), "measured posture")
 
 
 def _left_out(learnt: Learnt, quantity: str) -> str:

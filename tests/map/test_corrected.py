@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,14 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.map.asked import MapOptions
+from identify.map.posture_map import map_postures
+from identify.map.residuals import Source
 from identify.map.run import run_map
-from identify.map.unknown import unknown
+from identify.map.unknown import corrected, learned_of, unknown
 from identify.results import file as result_file
+from identify.results.discovery import fit_of
 from identify.results.map import MapResult
+from identify.vibration.fitted_model import fitted_model, tool_point
 from tests.batch import planar
 from tests.map.conftest import fitted, modes, stiffer
 
@@ -131,3 +136,20 @@ def test_another_robot_of_the_type_helps_and_one_of_another_is_refused(
 def test_the_peaks_of_a_point_that_was_not_hit_are_not_corrected(measured: Measured) -> None:
     what = unknown([str(measured(2))], None)
     assert what is not None and set(what.seen) == {"frequency", "damping"}
+
+
+def test_parameters_that_went_wrong_are_put_right_by_the_modes(tmp_path: Path) -> None:
+    """What a fit can have moved is neither a process over postures nor scatter."""
+    path = fitted(tmp_path, planar.postures(6), planar.constant)
+    fit = fit_of(path)
+    right = fitted_model(fit, str(path))
+    wrong = replace(right, values=right.values * np.exp(np.resize([0.12, -0.1], len(right.values))))
+    what = learned_of([Source(fit, wrong, None, 0)])
+    assert what is not None and what.learned["frequency"].mean_of("scatter") < 5e-3
+    systems = [wrong.system(q) for q in UNSEEN]
+    lines = np.array([10.0, 20.0])
+    rows = map_postures(wrong, tool_point(wrong, None), ["x"] * len(UNSEEN), UNSEEN, lines, 2, systems)
+    c = corrected(what, wrong, tool_point(wrong, None), lines, systems, rows)
+    truth = np.array([modes(q, planar.STIFFNESS)[0][:2] for q in UNSEEN])
+    before, after = (np.abs(np.log(one / truth)).max() for one in (rows.frequency_hz, c.frequency_hz))
+    assert before > 0.02 and after < 0.005
