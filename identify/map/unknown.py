@@ -54,8 +54,11 @@ def unknown(files: Sequence[str], node: int | None) -> Unknown | None:
     """From the measurements of results, of the robot first, then of others of its type; node: of the point
     that is looked at.  None where nothing has modes or direct FRFs of the point.
 
-    Raises InputError for a file that is no fit, or of a robot with another number of joints.
+    Raises InputError for a file that is no fit or named twice, or of a robot with another number of joints.
     """
+    twice = next((file for n, file in enumerate(files) if file in files[:n]), None)
+    if twice is not None:
+        raise InputError(twice, "named twice", "another robot of the type", "leave one out")
     fits = [fit_of(Path(file)) for file in files]
     models = [fitted_model(fit, file) for fit, file in zip(fits, files, strict=True)]
     joints = [len(model.posture) for model in models]

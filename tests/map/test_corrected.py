@@ -129,8 +129,9 @@ def test_another_robot_of_the_type_helps_and_one_of_another_is_refused(
     assert errors[1] < 0.8 * errors[0] and widths[1] < widths[0] and result.learnt is not None
     assert result.learnt.processes.shared[0] > 0.5 and result.learnt.like == ("fit.h5",)
     (tmp_path / "no.h5").write_bytes(b"no result")
-    with pytest.raises(InputError, match=r"no\.h5"):
-        mapped(model, tmp_path, like=(tmp_path / "no.h5",))
+    for wrong, said in ((tmp_path / "no.h5", r"no\.h5"), (model, "named twice")):
+        with pytest.raises(InputError, match=said):
+            mapped(model, tmp_path, like=(wrong,))
 
 
 def test_the_peaks_of_a_point_that_was_not_hit_are_not_corrected(measured: Measured) -> None:
