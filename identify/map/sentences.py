@@ -59,7 +59,7 @@ def of_processes(learnt: Learnt) -> list[str]:
             silent.append(f"{name} (probability {chance:.2g}, scatter {100 * table.scatter[row]:.2g} %)")
     if silent:
         postures = _postures(learnt, int(np.argmax(table.postures)))
-        said.append(f"Whether errors go with the posture, {postures} do not tell of {', '.join(silent)}.")
+        said.append(f"Whether errors go with the posture is not told by {postures}: {', '.join(silent)}.")
     return said
 
 
