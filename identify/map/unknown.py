@@ -181,7 +181,7 @@ def left_out(what: Unknown) -> LeftOutTable:
     for quantity, one in what.seen.items():
         own = one.seen.robot == OWN
         places = one.seen.posture
-        for posture in np.unique(places[own], axis=0):
+        for posture in map(np.array, dict.fromkeys(map(tuple, places[own].tolist()))):
             gone = own & np.all(places == posture, axis=1)
             if gone.all():
                 continue

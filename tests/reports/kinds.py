@@ -95,8 +95,6 @@ _MAP = (
     ("Postures", "Joint 1", "rows/posture_deg:0", 1.0),
     ("Postures", "Tool z", "rows/tool_m:2", 1.0),
     ("Postures", "Mode 2", "rows/frequency_hz:1", 1.0),
-    ("Corrected by measured postures", "Mode 1 damping low", "correction/damping_low_95:0", 1e2),
-    ("Corrected by measured postures", "Mode 2 known", "correction/frequency_known:1", 1e2),
     ("What the map does not know", "Log odds", "learnt/processes/log_odds", 1.0),
 )
 _STABILITY = (

@@ -176,15 +176,12 @@ def left_out_table(learnt: Learnt) -> Table:
     """Each measured posture as all others tell it."""
     t, found = learnt.left_out, []
     for row, quantity in enumerate(t.quantity):
-        name, of, scale = _LEARNED[quantity]
-        what = (
-            f"{name} along {'xyz'[t.item[row] - 1]}"
-            if quantity == "peak"
-            else f"{name} of mode {t.item[row]}"
-        )
+        of, scale = _LEARNED[quantity][1:]
         values = (scale * one[row] for one in (t.measured, t.model, t.corrected, t.low_95, t.high_95))
         inside = "yes" if t.low_95[row] <= t.measured[row] <= t.high_95[row] else "no"
-        found.append((t.measurement[row], what, of, *map(number, values), inside))
+        found.append(
+            (t.measurement[row], _what(quantity, int(t.item[row])), of, *map(number, values), inside)
+        )
     heads = [words("Measurement"), words("What"), words("Unit")]
     heads += [Column(head, "") for head in ("Measured", "Model", "Corrected", "95 % low", "95 % high")]
     note = "Each posture is left out in turn, and told by the others alone. Axes of peaks are the sensor's."
@@ -192,35 +189,32 @@ def left_out_table(learnt: Learnt) -> Table:
 
 
 def corrected_table(result: MapResult) -> Table | None:
-    """Every posture as the model has it, and corrected; None where nothing was learned."""
+    """The first modes and the peaks at every posture as the model has them, and corrected; None where nothing
+    was learned.
+    """
     c, rows, found = result.correction, result.rows, []
     if c is None:
         return None
-    shown = min(3, rows.frequency_hz.shape[1])
+    hz = rows.frequency_hz, c.frequency_hz, c.frequency_low_95, c.frequency_high_95, c.frequency_known
+    ratio = rows.damping_ratio, c.damping_ratio, c.damping_low_95, c.damping_high_95, c.damping_known
+    peak = rows.peak_m_per_n, c.peak_m_per_n, c.peak_low_95, c.peak_high_95, c.peak_known
     for k, name in enumerate(rows.name):
-        cells: list[str] = []
-        for mode in range(shown):
-            hz = (c.frequency_hz, c.frequency_low_95, c.frequency_high_95)
-            ratio = (c.damping_ratio, c.damping_low_95, c.damping_high_95)
-            cells += [number(one[k, mode]) for one in (rows.frequency_hz, *hz)]
-            cells += [number(100 * c.frequency_known[k, mode], 2)]
-            cells += [percent(one[k, mode]) for one in (rows.damping_ratio, *ratio)]
-            cells += [number(100 * c.damping_known[k, mode], 2)]
-        found.append((name, *cells))
-    heads = [
-        Column(f"Mode {mode} {what}".strip(), of)
-        for mode in range(1, shown + 1)
-        for kind, of in (("", "Hz"), ("damping", "%"))
-        for what, of in (
-            (kind or "model", of),
-            (f"{kind} corrected".strip(), of),
-            (f"{kind} low".strip(), of),
-            (f"{kind} high".strip(), of),
-            (f"{kind} known".strip(), "%"),
-        )
-    ]
+        for quantity, (*values, known) in (("frequency", hz), ("damping", ratio), ("peak", peak)):
+            of, scale = _LEARNED[quantity][1:]
+            for item in range(min(3, known.shape[1])):
+                if np.isfinite(known[k, item]):
+                    cells = (number(scale * one[k, item]) for one in values)
+                    share = number(100 * known[k, item], 2)
+                    found.append((name, _what(quantity, item + 1), of, *cells, share))
+    heads = [words("Posture"), words("What"), words("Unit")]
+    heads += [Column(head, "") for head in ("Model", "Corrected", "95 % low", "95 % high")]
     note = (
         "With 95 % intervals of what would be measured. Known: how much of the variance before any data the"
         " measured postures take away; 0 far from all of them, where the interval is the widest."
     )
-    return Table("Corrected by measured postures", (words("Posture"), *heads), tuple(found), note)
+    return Table("Corrected by measured postures", (*heads, Column("Known", "%")), tuple(found), note)
+
+
+def _what(quantity: str, item: int) -> str:
+    name = _LEARNED[quantity][0]
+    return f"{name} along {'xyz'[item - 1]}" if quantity == "peak" else f"{name} of mode {item}"
