@@ -163,6 +163,7 @@ NOT_VARIED = {
     "name": _NAMES,
     "measurements.name": _NAMES,
     "reference": "read for reports alone",
+    "like": "needs a fitted robot: tests/vibration/test_like.py",
     "modal_choices": "keys of `modal` in a file: tests/test_modes_command.py",
     "robot.dh": "either of two keys: tests/robot/test_read.py",
     "robot.arguments": "of a xacro: tests/robot/test_source.py",

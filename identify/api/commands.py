@@ -159,15 +159,19 @@ def map_postures(
     *,
     grid: Sequence[str] = (),
     rpm: Sequence[float] = (),
+    like: _Path | Result | Sequence[_Path | Result] = (),
     report: bool = False,
     quiet: bool = True,
     **options: Any,
 ) -> Result:
     """A fitted model over postures; model: a result file or what `fit` returned; grid: axes such as
-    "2:-60:60:9" (joint, first, last, how many; degrees); rpm: spindle speeds of depth limits; options: those
-    of `identify map` by name.
+    "2:-60:60:9" (joint, first, last, how many; degrees); rpm: spindle speeds of depth limits; like: other
+    robots of the type; options: those of `identify map` by name.
     """
-    wanted = MapCommandOptions(grid=list(grid) or None, rpm=list(rpm) or None, **_paths(options))
+    others = [_model(one) for one in ([like] if isinstance(like, str | Path | Result) else like)]
+    wanted = MapCommandOptions(
+        grid=list(grid) or None, rpm=list(rpm) or None, like=others or None, **_paths(options)
+    )
     return _reported(run_map(_model(model), wanted, quiet), report)
 
 
@@ -322,6 +326,7 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
         options.workpiece,
         options.turns,
         options.spindle,
+        tuple(map(Path, options.like or ())),
     )
     with batch_bar(quiet) as progress:
         result, written = mapped(

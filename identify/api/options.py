@@ -190,6 +190,10 @@ class MapCommandOptions:
     spindle: Annotated[
         str | None, typer.Option(help="X,Y,Z from spindle to tip at the workpiece; default: as in the fit")
     ] = None
+    like: Annotated[
+        list[Path] | None,
+        typer.Option(help="result of another robot of the type, measured in other postures; repeatable"),
+    ] = None
     out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None
     workers: Workers = None
     cluster: Cluster = None

@@ -31,7 +31,8 @@ class MapOptions:
     limit: of `identify.map.limits.KINDS`, with cutter, the file of a milling tool, rpm, its spindle speeds
     (default: the highest), and feeds about the spindle, or with a force FX,FY,FZ, N.  workpiece: places of
     the tip of the cutter instead of postures, with turns about the spindle, X1:X2:COUNT,... and spindle
-    X,Y,Z (`identify.map.places`).
+    X,Y,Z (`identify.map.places`).  like: results of other robots of the type, whose measured postures tell
+    of this one too.
     """
 
     postures: Path | None = None
@@ -48,6 +49,7 @@ class MapOptions:
     workpiece: str | None = None
     turns: int = 1
     spindle: str | None = None
+    like: tuple[Path, ...] = ()
 
 
 def parse_grid(text: str) -> tuple[int, float, float, int]:

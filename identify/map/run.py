@@ -31,10 +31,11 @@ from identify.map.limits import Wanted, map_limits
 from identify.map.posture_map import map_postures
 from identify.map.sentences import notes, verdict
 from identify.map.table import table_of
+from identify.map.unknown import Unknown, corrected, hit_node, learnt_of, unknown
 from identify.results import file as result_file
 from identify.results import fit as results
 from identify.results.discovery import fit_of
-from identify.results.map import SAME, LimitRows, MapPart, MapResult, PostureRows
+from identify.results.map import SAME, CorrectionRows, LimitRows, MapPart, MapResult, PostureRows
 from identify.results.provenance import computing, provenance, sha256
 from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel, fitted_model
@@ -44,7 +45,7 @@ PART = 50
 """Postures in a part: what a worker does at a time, about half a second."""
 _PART = "identify.map.run:map_part"
 _LIMIT_S = 600.0
-R = TypeVar("R", PostureRows, LimitRows)
+R = TypeVar("R", PostureRows, LimitRows, CorrectionRows)
 
 
 def run_map(
@@ -70,6 +71,8 @@ def run_map(
     result_file.check_new(path, "a map", [model, *filter(None, [options.postures])], [table])
     fitted = fitted_model(fit, str(model))
     found = asked_of(fitted, options)
+    like, node = [str(one.resolve()) for one in (model, *options.like)], hit_node(fitted, found.point)
+    what = unknown(like, node)
     names, postures = found.names, found.postures
     folder = path.with_name(f"{path.stem}_parts")
     asked: dict[str, object] = {
@@ -78,8 +81,10 @@ def run_map(
         "lines": found.line_hz.tolist(),
         "modes": options.modes,
         "limit": None if found.wanted is None else found.wanted.given,
+        "like": None if what is None else like,
+        "node": node,
     }
-    key = _key(sha256(model), names, postures, asked)
+    key = _key([sha256(one) for one in (model, *options.like)], names, postures, asked)
     files = [folder / f"part{number:05d}.h5" for number in range(1, -(-len(names) // PART) + 1)]
     jobs = _jobs(asked, names, postures, key, files)
     with held(path):
@@ -95,13 +100,14 @@ def run_map(
             )
             run_jobs(jobs, executor, index, _LIMIT_S, progress or (lambda index: None))
             about = executor.about
-        rows, limit = _joined(index, files)
+        rows, limit, correction = _joined(index, files)
+        learnt = None if what is None else learnt_of(what, options.like)
         seconds = time.perf_counter() - begun
-        said = verdict(rows, limit, seconds, about)
         result = _result(fit, fitted, model, found, rows, limit)
-        result = replace(result, seconds=seconds, workers=about, verdict=said)
+        result = replace(result, seconds=seconds, workers=about, correction=correction, learnt=learnt)
+        result = replace(result, verdict=verdict(result), notes=notes(fit, result) + found.notes)
         result_file.write(result, path)
-        atomic.write_text(table, table_of(rows, limit))
+        atomic.write_text(table, table_of(rows, limit, correction))
         shutil.rmtree(folder, ignore_errors=True)
     return result, [path, table]
 
@@ -128,7 +134,7 @@ def _result(
     return MapResult(
         name=fit.name,
         verdict=(),
-        notes=notes(fit, limit) + found.notes,
+        notes=(),
         seconds=0.0,
         workers="",
         model=model.name,
@@ -153,8 +159,9 @@ def map_part(
 ) -> dict[str, bool]:
     """Map some postures (rad) and write them; a part of the same map that is there is kept.
 
-    asked: the file of the `model`, the `point` that is looked at, `lines` (Hz), how many `modes`, and what
-    `limit`.
+    asked: the file of the `model`, the `point` that is looked at, `lines` (Hz), how many `modes`, what
+    `limit`, and the files of the robot and those `like` it whose measured postures tell what the model lacks,
+    with the `node` of the point, if it was measured; None where they tell nothing.
     """
     path, model = Path(out), str(asked["model"])
     if result_file.kind_of(path) == MapPart.KIND and result_file.read(path, MapPart).key == key:
@@ -172,7 +179,11 @@ def map_part(
             wanted = Wanted.of(asked["limit"])
             errors = _errors(model, changed)
             limit = map_limits(wanted, fitted, errors, point, angles, systems, rows)
-    result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit), path)
+        correction = None
+        if asked["like"] is not None:
+            what = _learned(tuple(asked["like"]), asked["node"], changed)
+            correction = None if what is None else corrected(what, fitted, point, lines, systems, rows)
+    result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit, correction), path)
     return {"kept": False}
 
 
@@ -186,12 +197,19 @@ def _errors(path: str, changed: int) -> Array:
     return misfit(fit_of(Path(path)), _model(path, changed))
 
 
-def _key(model: str, names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
-    text = "\n".join([*computing(), model, repr(list(names)), repr(asked)])
+@lru_cache(maxsize=2)
+def _learned(files: tuple[str, ...], node: int | None, changed: int) -> Unknown | None:
+    return unknown(files, node)
+
+
+def _key(models: Sequence[str], names: Sequence[str], postures: Array, asked: dict[str, object]) -> str:
+    text = "\n".join([*computing(), *models, repr(list(names)), repr(asked)])
     return hashlib.sha256(text.encode() + postures.tobytes()).hexdigest()
 
 
-def _joined(index: BatchIndex, files: Sequence[Path]) -> tuple[PostureRows, LimitRows | None]:
+def _joined(
+    index: BatchIndex, files: Sequence[Path]
+) -> tuple[PostureRows, LimitRows | None, CorrectionRows | None]:
     """All parts as one; InputError where one is missing."""
     failed = [entry.error for entry in index.jobs.values() if entry.state != "done"]
     if failed:
@@ -202,7 +220,9 @@ def _joined(index: BatchIndex, files: Sequence[Path]) -> tuple[PostureRows, Limi
         )
     parts = [result_file.read(file, MapPart) for file in files]
     limits = [part.limit for part in parts if part.limit is not None]
-    return _stacked([part.rows for part in parts]), _stacked(limits) if limits else None
+    moved = [part.correction for part in parts if part.correction is not None]
+    rows = _stacked([part.rows for part in parts])
+    return rows, _stacked(limits) if limits else None, _stacked(moved) if moved else None
 
 
 def _stacked(parts: Sequence[R]) -> R:

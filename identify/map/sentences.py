@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.text import count
 from identify.results.fit import FitResult
-from identify.results.map import LimitRows, PostureRows
+from identify.results.map import Learnt, LimitRows, MapResult, PostureRows
 from identify.vibration.fit_notes import of_fit
 
 _NAMES = {"depth": "depth limit", "deflection": "static deflection", "frequency": "frequency of mode 1"}
@@ -16,8 +17,14 @@ _HOLDS = {
 }
 
 
-def verdict(rows: PostureRows, limit: LimitRows | None, seconds: float, about: str) -> tuple[str, ...]:
-    """How many postures, what the modes do, where the tool is softest, and the best and the worst place."""
+_QUANTITIES = {"frequency": "natural frequencies", "damping": "damping ratios", "peak": "peaks of the tool"}
+
+
+def verdict(result: MapResult) -> tuple[str, ...]:
+    """How many postures, what the modes do, where the tool is softest, the best and the worst place, and what
+    measured postures say of it.
+    """
+    rows, limit, seconds, about = result.rows, result.limit, result.seconds, result.workers
     first, damping, peak = (
         rows.frequency_hz[:, 0],
         100 * rows.damping_ratio[:, 0],
@@ -35,7 +42,46 @@ def verdict(rows: PostureRows, limit: LimitRows | None, seconds: float, about: s
         " resonance, along the softest axis of the base."
     )
     of_limit = () if limit is None else best_and_worst(rows, limit)
-    return done, *of_limit, f"{between}and {np.nanmax(damping):.2g} %.", softest
+    told = () if result.learnt is None else tuple(map(str, of_processes(result.learnt)))
+    return done, *of_limit, f"{between}and {np.nanmax(damping):.2g} %.", softest, *told
+
+
+def of_processes(learnt: Learnt) -> list[str]:
+    """Of each quantity, whether the map is corrected, and what leaving measured postures out says of it."""
+    table = learnt.processes
+    said, silent = list[str](), list[str]()
+    for row, quantity in enumerate(table.quantity):
+        name, chance = _QUANTITIES[quantity], 1 / (1 + np.exp(-table.log_odds[row]))
+        if chance > 0.5:
+            postures, told = _postures(learnt, row), _left_out(learnt, quantity)
+            said.append(f"The {name} are corrected by {postures} (probability {chance:.2g}){told}.")
+        else:
+            silent.append(f"{name} (probability {chance:.2g}, scatter {100 * table.scatter[row]:.2g} %)")
+    if silent:
+        postures = _postures(learnt, int(np.argmax(table.postures)))
+        said.append(f"Whether errors go with the posture is not told by {postures}: {', '.join(silent)}.")
+    return said
+
+
+def _postures(learnt: Learnt, row: int) -> str:
+    return count(int(learnt.processes.postures[row]), "measured posture")
+
+
+def _left_out(learnt: Learnt, quantity: str) -> str:
+    """How well each measured posture is told by the others."""
+    table = learnt.left_out
+    kept = np.array(table.quantity) == quantity
+    if not kept.any():
+        return ""
+    right = table.measured[kept]
+    before, after = (
+        100 * np.sqrt(np.mean(np.log(right / one[kept]) ** 2)) for one in (table.model, table.corrected)
+    )
+    inside = int(np.sum((table.low_95[kept] <= right) & (right <= table.high_95[kept])))
+    return (
+        f": told by the others alone, each is off by {after:.3g} % in place of {before:.3g} %, and {inside}"
+        f" of {len(right)} numbers lie in their 95 % intervals"
+    )
 
 
 def best_and_worst(rows: PostureRows, limit: LimitRows) -> tuple[str, ...]:
@@ -71,12 +117,17 @@ def amount(limit: LimitRows, row: int, feed: int) -> str:
     return f"{value:.4g} {unit} (95 % interval {low:.4g} to {high:.4g} {unit})"
 
 
-def notes(fit: FitResult, limit: LimitRows | None) -> tuple[str, ...]:
+def notes(fit: FitResult, result: MapResult) -> tuple[str, ...]:
     """What a reader must be warned of."""
-    said = (
+    limit = result.limit
+    said = [
         *of_fit(fit),
         "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them",
-    )
-    if limit is None:
-        return said
-    return (*said, f"those of the {_NAMES[limit.kind]} {_HOLDS[limit.kind]}")
+    ]
+    if result.learnt is not None:
+        said.append(
+            "those of corrected values hold what the model was seen to lack, as measured postures have it"
+        )
+    if limit is not None:
+        said.append(f"those of the {_NAMES[limit.kind]} {_HOLDS[limit.kind]}")
+    return tuple(said)

@@ -22,7 +22,7 @@ def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
     data = round_trip().load(known.config)
     data["name"] = f"{known.name}_plan"
     if known.config_folder is not None:
-        own = [(data, "points"), (data, "modal_choices")]
+        own = [(data, "points"), (data, "modal_choices"), (data.get("like", {}), "result")]
         for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), *own):
             if key in owner:
                 owner[key] = relocated(owner[key], known.config_folder, folder)

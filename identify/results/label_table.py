@@ -141,6 +141,19 @@ ARRAYS: dict[str, dict[str, str]] = {
         "": "most=see~kind",
         "posture feed_deg": "value=see~kind low_95=see~kind high_95=see~kind chatter_hz rpm",
     },
+    "CorrectionRows": {
+        "posture mode": "frequency_hz frequency_low_95=Hz frequency_high_95=Hz frequency_known damping_ratio"
+        " damping_low_95 damping_high_95 damping_known",
+        "posture axis": "peak_m_per_n peak_low_95=m/N peak_high_95=m/N peak_known",
+    },
+    "ProcessTable": {
+        "quantity": "quantity numbers postures log_odds amplitude length_deg shared scatter",
+    },
+    "LeftOutTable": {
+        "number": "measurement quantity item measured=see~quantity model=see~quantity corrected=see~quantity"
+        " low_95=see~quantity high_95=see~quantity",
+    },
+    "Learnt": {"like_file": "like"},
     "MapResult": {"joints": "joints", "line_hz": "line_hz"},
     # identify.results.stability
     "DepthLimits": {"rpm": "rpm depth_m low_95=m high_95=m chatter_hz zeroth_order=m"},

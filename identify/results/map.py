@@ -62,6 +62,71 @@ class LimitRows:
 
 
 @dataclass(frozen=True)
+class CorrectionRows:
+    """A map corrected by what its model leaves of measured postures, at n postures, each with 95 % limits of
+    what would be measured: frequencies and damping of m modes, largest receptance along 3 axes of the base;
+    NaN where nothing of the kind was measured.
+
+    known: the share of the variance before any data that these have taken away, 0 far from all of them.
+    """
+
+    frequency_hz: Array
+    frequency_low_95: Array
+    frequency_high_95: Array
+    frequency_known: Array
+    damping_ratio: Array
+    damping_low_95: Array
+    damping_high_95: Array
+    damping_known: Array
+    peak_m_per_n: Array
+    peak_low_95: Array
+    peak_high_95: Array
+    peak_known: Array
+
+
+@dataclass(frozen=True)
+class ProcessTable:
+    """What was learned of each quantity (k): frequency, damping, peak, from how many numbers at how many
+    postures; log odds for an error that depends on the posture, over scatter alone; its size, relative; by
+    which turn of the joints it is another; its correlation between robots of a type (1: one robot); scatter.
+    """
+
+    quantity: Texts
+    numbers: NDArray[np.int_]
+    postures: NDArray[np.int_]
+    log_odds: Array
+    amplitude: Array
+    length_deg: Array
+    shared: Array
+    scatter: Array
+
+
+@dataclass(frozen=True)
+class LeftOutTable:
+    """Measured numbers (n), Hz, damping ratios or m/N, of a mode (from 1) or an axis of the sensor (1 to 3),
+    beside the model and what all other postures make of it, with 95 % limits.
+    """
+
+    measurement: Texts
+    quantity: Texts
+    item: NDArray[np.int_]
+    measured: Array
+    model: Array
+    corrected: Array
+    low_95: Array
+    high_95: Array
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What a map learned of measured postures; like: files of other robots of the type."""
+
+    processes: ProcessTable
+    left_out: LeftOutTable
+    like: Texts
+
+
+@dataclass(frozen=True)
 class MapPart:
     """Part of a map, as a worker leaves it; key says of which map."""
 
@@ -71,6 +136,7 @@ class MapPart:
     key: str
     rows: PostureRows
     limit: LimitRows | None = None
+    correction: CorrectionRows | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,3 +153,5 @@ class MapResult(Header):
     line_hz: Array
     rows: PostureRows
     limit: LimitRows | None = None
+    correction: CorrectionRows | None = None
+    learnt: Learnt | None = None

@@ -39,7 +39,7 @@ class FittedModel:
 
     log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.  robot: as the
     fit found it, where errors of what was told were fitted along; off: those errors.  driven: joints whose
-    motors' torques were inputs, by name of the measurement.
+    motors' torques were inputs, by name of the measurement; detached: measurements without the last links.
     """
 
     robot: Robot
@@ -54,6 +54,7 @@ class FittedModel:
     band_hz: tuple[float, float] | None
     off: Off | None = None
     driven: Mapping[str, frozenset[int]] = field(default_factory=dict)
+    detached: frozenset[str] = frozenset()
 
     def system(self, posture: Array, driven: frozenset[int] = frozenset()) -> System:
         """The model at a posture (joints,), rad, with the motors of some joints driven."""
@@ -151,6 +152,7 @@ def fitted_model(result: FitResult, where: str) -> FittedModel:
         study.band_hz,
         off,
         _driven(study, result),
+        _detached(study),
     )
 
 
@@ -166,6 +168,12 @@ def _driven(study: Study, result: FitResult) -> dict[str, frozenset[int]]:
         for name, one in result.measurements.items()
         if one.frf is not None and name not in added
     }
+
+
+def _detached(study: Study) -> frozenset[str]:
+    """Names of the measurements for which links were taken off."""
+    named = zip(measurement_names(study.measurements), study.measurements, strict=True)
+    return frozenset(name for name, one in named if one.detached is not None)
 
 
 def _described(study: Study, description: Description) -> tuple[Robot, dict[int, Point]]:

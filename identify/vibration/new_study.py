@@ -13,7 +13,14 @@ from identify.core.config_paths import relocate_measurement, relocated
 from identify.core.yaml_input import round_trip
 from identify.vibration.study import StudyFile
 
-_PATHS = (("robot", "urdf"), ("robot", "dh"), ("points",), ("reference",), ("modal_choices",))
+_PATHS = (
+    ("robot", "urdf"),
+    ("robot", "dh"),
+    ("points",),
+    ("reference",),
+    ("modal_choices",),
+    ("like", "result"),
+)
 
 
 def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, float]) -> Any:

@@ -30,6 +30,7 @@ from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_ta
 from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
 from identify.vibration.given import Given, read_given
 from identify.vibration.left_out import without_noise
+from identify.vibration.like import as_in_type
 from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, list_nuisances
 from identify.vibration.nuisances.placed import Placed, basis_points, place
 from identify.vibration.nuisances.settings import UncertaintySettings
@@ -324,10 +325,10 @@ def assembled(
     measurements = collect(
         [partial(_measurement, points, postures, nuisances, forms, given_values, one) for one in given]
     )
-    parameters = tuple(
-        p.at(given_values.get(p.name, p.initial))
-        for p in (*measurements[0].system.parameters, *nuisances.parameters)
-    )
+    every = (*measurements[0].system.parameters, *nuisances.parameters)
+    if study.like is not None:
+        every = as_in_type(every, file.resolve(study.like.result), study.like.spread)
+    parameters = tuple(p.at(given_values.get(p.name, p.initial)) for p in every)
     return Problem(file, robot, points, parameters, tuple(measurements), reference, nuisances)
 
 

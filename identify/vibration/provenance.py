@@ -25,6 +25,7 @@ def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
     """Every file that a study names, each with its sha256: what it is computed from, and compared with."""
     study = file.study
     paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference, study.modal_choices]
+    paths.append(None if study.like is None else study.like.result)
     for m in study.measurements:
         for path in (*m.sources, *m.repeats):
             there = file.resolve(path)

@@ -174,6 +174,17 @@ class VibrationStage(StageSettings):
     )
 
 
+class LikeSettings(Settings):
+    """Another robot of the type that was fitted."""
+
+    result: Path = Field(description="its result: of a fit, or of a discovery, whose final model is taken")
+    spread: float = Field(
+        gt=0,
+        le=3,
+        description="how far parameters of robots of the type differ, relative: one standard deviation",
+    )
+
+
 class Study(Settings):
     """What one config.yaml describes; everything has a default but the robot and the data."""
 
@@ -209,6 +220,11 @@ class Study(Settings):
     )
     initial: dict[str, float] = Field(
         {}, description="start values by name of parameter, over those of the effects"
+    )
+    like: LikeSettings | None = Field(
+        None,
+        description="a fitted robot of the same type: parameters start at its values, within the bounds that"
+        " hold 95 % of such robots",
     )
     cost: Annotated[Cost, BeforeValidator(parse_cost)] = Field(
         parse_cost("frf-least-squares"), description="how far a model is from the data"

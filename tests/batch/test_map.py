@@ -163,8 +163,9 @@ def test_a_table_of_postures(at_once: None, model: Path, mapped: MapResult, tmp_
 
 def test_a_part_that_is_there_is_kept(model: Path, tmp_path: Path) -> None:
     place = {"link": "link3", "position": [0.3, 0.0, 0.0]}
+    nothing = {"limit": None, "like": None, "node": None}
     arguments = {
-        "asked": {"model": str(model), "point": place, "lines": [5.0, 6.0], "modes": 2, "limit": None},
+        "asked": {"model": str(model), "point": place, "lines": [5.0, 6.0], "modes": 2, **nothing},
         "names": ["a"],
         "postures": [[0.0, 1.0, 0.3]],
         "out": str(tmp_path / "p.h5"),

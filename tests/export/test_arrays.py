@@ -4,13 +4,13 @@ Octave, and have the FRFs of the model.
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
 
+import control
 import numpy as np
 import pytest
 from scipy.io import loadmat
@@ -127,14 +127,12 @@ def test_what_cannot_be_exported_is_refused(
         run_export(result("plain"), wanted, tmp_path / "x")
 
 
-def test_python_control_takes_it(result: Result, tmp_path: Path) -> None:
-    if importlib.util.find_spec("control") is None:
-        pytest.skip("python-control is not installed")
-    import control
-
-    run_export(result("plain"), Wanted("npz"), tmp_path / "arm.npz")
-    with np.load(tmp_path / "arm.npz") as found:
-        system = control.ss(*(found[key] for key in "ABCD"))
+@pytest.mark.parametrize("to", ["mat", "npz"])
+def test_python_control_takes_it(result: Result, tmp_path: Path, to: str) -> None:
+    path = tmp_path / f"arm.{to}"
+    run_export(result("plain"), Wanted(to), path)
+    found = loadmat(path) if to == "mat" else dict(np.load(path))
+    system = control.ss(*(found[key] for key in "ABCD"))
     values = np.moveaxis(system(2j * np.pi * LINES), -1, 0)
     assert error(values, model_of(result("plain")).receptance(LINES)) < 1e-6
 

@@ -95,6 +95,7 @@ _MAP = (
     ("Postures", "Joint 1", "rows/posture_deg:0", 1.0),
     ("Postures", "Tool z", "rows/tool_m:2", 1.0),
     ("Postures", "Mode 2", "rows/frequency_hz:1", 1.0),
+    ("What the map does not know", "Log odds", "learnt/processes/log_odds", 1.0),
 )
 _STABILITY = (
     ("Depth limits", "Limit", "limits/depth_m", 1e3),

@@ -15,7 +15,14 @@ from identify.results.batch import (
     PopulationTable,
 )
 from identify.results.file import LAYOUT
-from identify.results.map import MapResult, PostureRows
+from identify.results.map import (
+    CorrectionRows,
+    Learnt,
+    LeftOutTable,
+    MapResult,
+    PostureRows,
+    ProcessTable,
+)
 from tests.reports.sample import frf_result
 
 _FITS = 6
@@ -125,8 +132,40 @@ def batch_result() -> BatchResult:
     )
 
 
+def _correction(rows: PostureRows) -> tuple[CorrectionRows, Learnt]:
+    """Modes 3 % higher and better damped, peaks lower; known of the first postures alone."""
+    known = np.repeat(np.linspace(1, 0, _FITS)[:, None], 3, axis=1)
+
+    def around(values: np.ndarray, factor: float) -> list[np.ndarray]:
+        wide = 1.02 + 0.2 * (1 - known)
+        return [values * factor, values * factor / wide, values * factor * wide, known]
+
+    sides = around(rows.frequency_hz, 1.03), around(rows.damping_ratio, 1.2), around(rows.peak_m_per_n, 0.9)
+    processes = ProcessTable(
+        quantity=("frequency", "damping", "peak"),
+        numbers=np.array([12, 12, 9]),
+        postures=np.array([4, 4, 3]),
+        log_odds=np.array([6.2, 2.5, -0.8]),
+        amplitude=np.array([0.03, 0.2, np.nan]),
+        length_deg=np.array([80.0, 140.0, np.nan]),
+        shared=np.array([0.85, 0.7, 0.5]),
+        scatter=np.array([0.002, 0.03, 0.1]),
+    )
+    left = LeftOutTable(
+        measurement=("q1", "q1", "q1"),
+        quantity=("frequency", "damping", "peak"),
+        item=np.array([1, 1, 3]),
+        measured=np.array([11.9, 0.048, 2e-6]),
+        model=np.array([11.5, 0.04, 2.5e-6]),
+        corrected=np.array([11.85, 0.047, 2.2e-6]),
+        low_95=np.array([11.6, 0.043, 1.5e-6]),
+        high_95=np.array([12.1, 0.051, 3.3e-6]),
+    )
+    return CorrectionRows(*(one for four in sides for one in four)), Learnt(processes, left, ("other.h5",))
+
+
 def map_result() -> MapResult:
-    """Three modes, forty lines."""
+    """Three modes, forty lines, corrected by measured postures."""
     q, tool = _postures()
     hz = np.outer(1 + 0.1 * np.sin(np.radians(q[:, 1])), HZ)
     lines = np.linspace(5, 60, 40)
@@ -135,6 +174,22 @@ def map_result() -> MapResult:
     each = (1e-2 / (w**2 + 0.08 * w * s[None, :, None] + s[None, :, None] ** 2)).sum(axis=2)
     receptance = (each[:, :, None, None] * (np.eye(3) + 0.1)).astype(np.complex64)
     still = (1e-2 / (2 * np.pi * hz) ** 2).sum(axis=1)[:, None, None] * (np.eye(3) + 0.1)
+    rows = PostureRows(
+        name=tuple(f"q{i + 1}" for i in range(_FITS)),
+        posture_deg=q,
+        tool_m=tool,
+        frequency_hz=hz,
+        frequency_low_95=0.99 * hz,
+        frequency_high_95=1.01 * hz,
+        damping_ratio=np.full((_FITS, 3), 0.04),
+        damping_low_95=np.full((_FITS, 3), 0.039),
+        damping_high_95=np.full((_FITS, 3), 0.041),
+        compliance_m_per_n=still,
+        receptance_m_per_n=receptance,
+        band_95=(0.05 * np.abs(receptance)).astype(np.float32),
+        peak_m_per_n=np.abs(receptance[:, :, [0, 1, 2], [0, 1, 2]]).max(axis=1).astype(float),
+    )
+    correction, learnt = _correction(rows)
     return MapResult(
         layout=LAYOUT,
         kind="map",
@@ -151,20 +206,8 @@ def map_result() -> MapResult:
         tool="6 flange",
         joints=("joint1", "joint2", "joint3"),
         line_hz=lines,
-        rows=PostureRows(
-            name=tuple(f"q{i + 1}" for i in range(_FITS)),
-            posture_deg=q,
-            tool_m=tool,
-            frequency_hz=hz,
-            frequency_low_95=0.99 * hz,
-            frequency_high_95=1.01 * hz,
-            damping_ratio=np.full((_FITS, 3), 0.04),
-            damping_low_95=np.full((_FITS, 3), 0.039),
-            damping_high_95=np.full((_FITS, 3), 0.041),
-            compliance_m_per_n=still,
-            receptance_m_per_n=receptance,
-            band_95=(0.05 * np.abs(receptance)).astype(np.float32),
-            peak_m_per_n=np.abs(receptance[:, :, [0, 1, 2], [0, 1, 2]]).max(axis=1).astype(float),
-        ),
+        rows=rows,
+        correction=correction,
+        learnt=learnt,
         provenance=frf_result(10, 2).provenance,
     )

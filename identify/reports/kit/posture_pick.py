@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identify.core.arrays import Array
 from identify.reports.kit.cells import unit
 from identify.results.batch import BatchResult
-from identify.results.map import LimitRows, MapResult
+from identify.results.map import CorrectionRows, LimitRows, MapResult
 
 _LEAST_SPAN_DEG = 1.0
 _AXES = ("x", "y", "z")
@@ -172,7 +172,12 @@ def map_postures_of(result: MapResult) -> Postures:
         rows.name,
         rows.posture_deg,
         rows.tool_m,
-        (*_of_limit(result.limit), *_modes(rows.frequency_hz, rows.damping_ratio, limits), *_of_tool(result)),
+        (
+            *_of_limit(result.limit),
+            *_modes(rows.frequency_hz, rows.damping_ratio, limits),
+            *_of_correction(result.correction),
+            *_of_tool(result),
+        ),
     )
 
 
@@ -195,6 +200,34 @@ def _of_limit(limit: LimitRows | None) -> Iterator[Quantity]:
     for feed, said in sides if value.shape[1] > 1 else ((worst, ""),):
         at = rows, feed
         yield Quantity("limit", f"{name}{said}", of, value[at], low[at], high[at])
+
+
+def _of_correction(c: CorrectionRows | None) -> Iterator[Quantity]:
+    """Corrected values with what is known of them, of the first mode first; not those that nothing is known
+    of.
+    """
+    if c is None:
+        return
+    for mode in range(c.frequency_hz.shape[1]):
+        for name, of, scale, values, known in (
+            (
+                "frequency",
+                "Hz",
+                1.0,
+                (c.frequency_hz, c.frequency_low_95, c.frequency_high_95),
+                c.frequency_known,
+            ),
+            ("damping", "%", 100.0, (c.damping_ratio, c.damping_low_95, c.damping_high_95), c.damping_known),
+        ):
+            if np.isfinite(values[0][:, mode]).any():
+                value, low, high = (scale * one[:, mode] for one in values)
+                yield Quantity("corrected", f"corrected {name} of mode {mode + 1}", of, value, low, high)
+                share = 100 * known[:, mode]
+                yield Quantity("known", f"known of the corrected {name} of mode {mode + 1}", "%", share)
+    for k, axis in enumerate(_AXES):
+        if np.isfinite(c.peak_m_per_n[:, k]).any():
+            value, low, high = (1e6 * one[:, k] for one in (c.peak_m_per_n, c.peak_low_95, c.peak_high_95))
+            yield Quantity("corrected", f"corrected peak along {axis}", "µm/N", value, low, high)
 
 
 def _of_tool(result: MapResult) -> Iterable[Quantity]:

@@ -48,6 +48,7 @@ def report(result: MapResult) -> Report:
     sections = [
         Section("postures", "Maps", _maps(postures), data=data, scripts=("postures.js",)),
         *(Section("limits", "Best and worst places", [one]) for one in ranked),
+        *_learned(result),
         Section("frf", "Receptance of the tool", _receptance(result, len(rows)), "Tool FRFs"),
         Section("table", "Postures", [every]),
     ]
@@ -58,6 +59,19 @@ def report(result: MapResult) -> Report:
     )
 
 
+def _learned(result: MapResult) -> list[Section]:
+    """What measured postures tell of what the model lacks."""
+    corrected = tables.corrected_table(result)
+    if result.learnt is None or corrected is None:
+        return []
+    parts: list[Part] = [
+        Tabular(tables.process_table(result.learnt)),
+        Tabular(corrected, sort="corrected", limit=20, rows=20),
+        Tabular(tables.left_out_table(result.learnt), sort="left-out", limit=20, rows=20),
+    ]
+    return [Section("unknown", "What the map does not know", parts, "Unknown")]
+
+
 def _maps(postures: Postures) -> list[Part]:
     parts = pictures("")
     if postures.varied:
@@ -65,6 +79,7 @@ def _maps(postures: Postures) -> list[Part]:
             *postures.of("limit"),
             *postures.of("frequency")[:1],
             *postures.of("damping")[:1],
+            *postures.of("corrected")[:2],
             *postures.of("compliance")[:3],
         ]
         parts += maps(postures, shown)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from identify.reports.kit.cells import Column, Table, number, percent, turns_per_minute, words
-from identify.results.map import MapResult
+from identify.results.map import Learnt, MapResult
 
 
 def tiles(result: MapResult) -> tuple[tuple[str, str, str], ...]:
@@ -142,3 +142,79 @@ def posture_table(result: MapResult) -> Table:
     )
     angles = [Column(f"Joint {joint}", "°") for joint in range(1, rows.posture_deg.shape[1] + 1)]
     return Table("Postures", (words("Posture"), *angles, *tool, *heads, *static_heads, *peaks), tuple(found))
+
+
+_LEARNED = {
+    "frequency": ("Frequency", "Hz", 1.0),
+    "damping": ("Damping", "%", 100.0),
+    "peak": ("Peak", "µm/N", 1e6),
+}
+
+
+def process_table(learnt: Learnt) -> Table:
+    """What measured postures tell of what the model lacks."""
+    p, found = learnt.processes, []
+    for row, quantity in enumerate(p.quantity):
+        chance = 1 / (1 + np.exp(-p.log_odds[row]))
+        sizes = percent(p.amplitude[row]), number(p.length_deg[row], 2), percent(p.scatter[row])
+        shared = (number(p.shared[row], 2),) if learnt.like else ()
+        counts = str(p.postures[row]), str(p.numbers[row])
+        told = number(p.log_odds[row], 3), number(chance, 2)
+        found.append((_LEARNED[quantity][0], *counts, *told, *sizes, *shared))
+    columns = [words("Of the"), Column("Postures", ""), Column("Numbers", ""), Column("Log odds", "")]
+    columns += [Column("Probability", ""), Column("Size", "%"), Column("Another after", "°")]
+    columns += [Column("Scatter", "%"), *([Column("Shared", "")] if learnt.like else [])]
+    note = (
+        "Log odds for an error that goes with the posture, over scatter alone; size and angle of such a one."
+    )
+    if learnt.like:
+        note += f" Shared: its correlation between this robot and those of {', '.join(learnt.like)}."
+    return Table("What the map does not know", tuple(columns), tuple(found), note)
+
+
+def left_out_table(learnt: Learnt) -> Table:
+    """Each measured posture as all others tell it."""
+    t, found = learnt.left_out, []
+    for row, quantity in enumerate(t.quantity):
+        of, scale = _LEARNED[quantity][1:]
+        values = (scale * one[row] for one in (t.measured, t.model, t.corrected, t.low_95, t.high_95))
+        inside = "yes" if t.low_95[row] <= t.measured[row] <= t.high_95[row] else "no"
+        found.append(
+            (t.measurement[row], _what(quantity, int(t.item[row])), of, *map(number, values), inside)
+        )
+    heads = [words("Measurement"), words("What"), words("Unit")]
+    heads += [Column(head, "") for head in ("Measured", "Model", "Corrected", "95 % low", "95 % high")]
+    note = "Each posture is left out in turn, and told by the others alone. Axes of peaks are the sensor's."
+    return Table("Measured postures, each told by the others", (*heads, words("Inside")), tuple(found), note)
+
+
+def corrected_table(result: MapResult) -> Table | None:
+    """The first modes and the peaks at every posture as the model has them, and corrected; None where nothing
+    was learned.
+    """
+    c, rows, found = result.correction, result.rows, []
+    if c is None:
+        return None
+    hz = rows.frequency_hz, c.frequency_hz, c.frequency_low_95, c.frequency_high_95, c.frequency_known
+    ratio = rows.damping_ratio, c.damping_ratio, c.damping_low_95, c.damping_high_95, c.damping_known
+    peak = rows.peak_m_per_n, c.peak_m_per_n, c.peak_low_95, c.peak_high_95, c.peak_known
+    for k, name in enumerate(rows.name):
+        for quantity, (*values, known) in (("frequency", hz), ("damping", ratio), ("peak", peak)):
+            of, scale = _LEARNED[quantity][1:]
+            for item in range(min(3, known.shape[1])):
+                if np.isfinite(known[k, item]):
+                    cells = (number(scale * one[k, item]) for one in values)
+                    share = number(100 * known[k, item], 2)
+                    found.append((name, _what(quantity, item + 1), of, *cells, share))
+    heads = [words("Posture"), words("What"), words("Unit")]
+    heads += [Column(head, "") for head in ("Model", "Corrected", "95 % low", "95 % high")]
+    note = (
+        "With 95 % intervals of what would be measured. Known: how much of the variance before any data the"
+        " measured postures take away; 0 far from all of them, where the interval is the widest."
+    )
+    return Table("Corrected by measured postures", (*heads, Column("Known", "%")), tuple(found), note)
+
+
+def _what(quantity: str, item: int) -> str:
+    name = _LEARNED[quantity][0]
+    return f"{name} along {'xyz'[item - 1]}" if quantity == "peak" else f"{name} of mode {item}"
