@@ -28,6 +28,8 @@ from identify.model.effects.springs import Axis
 _AXES = ("x", "y", "z")
 _RIGID = 1e3
 """Times as stiff as its softest axis a rigid one of a link begins."""
+_ANGLES = 73
+"""From which the angle of a turned sensor is found."""
 _ALIKE = 0.02
 """Logarithms of factors that are one and the same."""
 _SPAN = 1e3
@@ -157,7 +159,6 @@ def of_sensor(
 
 
 def _forms(node: int, error: Array, information: Array) -> Iterator[tuple[Effect, dict[str, float], Array]]:
-    matrix = np.eye(3) + error
     yield ChannelPolarity(channel=node), {}, -2 * np.eye(3)
     gain = _best(error, np.eye(3), information)
     if 0.1 < 1 + gain < 10:
@@ -172,12 +173,9 @@ def _forms(node: int, error: Array, information: Array) -> Iterator[tuple[Effect
         swapped = np.eye(3)
         swapped[[a, b]] = swapped[[b, a]]
         yield ChannelSwap(point=node, axes=(_AXES[a], _AXES[b])), {}, swapped - np.eye(3)
-        angle = float(np.arctan2(matrix[a, b] - matrix[b, a], matrix[a, a] + matrix[b, b])) * (
-            1 if number != 1 else -1
-        )
-        turned = scipy.spatial.transform.Rotation.from_rotvec(angle * axis).as_matrix().T
+        turned, angle = _turned(error, axis, information)
         rotation = SensorRotation(point=node, axis=_AXES[number])
-        yield rotation, {f"{node}.r{_AXES[number]}.angle": angle}, turned - np.eye(3)
+        yield rotation, {f"{node}.r{_AXES[number]}.angle": angle}, turned
     names = [f"{node}.matrix_{a}{b}" for a in _AXES for b in _AXES]
     yield SensorMatrix(points=[node]), dict(zip(names, map(float, error.ravel()), strict=True)), error
 
@@ -186,3 +184,20 @@ def _best(error: Array, form: Array, information: Array) -> float:
     """The amount of a form that is nearest to an error."""
     f = form.ravel()
     return float(f @ information @ error.ravel() / (f @ information @ f))
+
+
+def _turned(error: Array, axis: Array, information: Array) -> tuple[Array, float]:
+    """The error of a sensor that is turned about an axis by the angle that is nearest to an error, rad."""
+
+    def of(angle: float) -> Array:
+        turn: Array = scipy.spatial.transform.Rotation.from_rotvec(angle * axis).as_matrix().T
+        return turn - np.eye(3)
+
+    def off(angle: float) -> float:
+        left = (error - of(angle)).ravel()
+        return float(left @ information @ left)
+
+    near = float(min(np.linspace(-np.pi, np.pi, _ANGLES), key=off))
+    step = 2 * np.pi / (_ANGLES - 1)
+    best = scipy.optimize.minimize_scalar(off, bounds=(near - step, near + step), method="bounded")
+    return of(float(best.x)), float(best.x)

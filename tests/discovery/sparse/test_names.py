@@ -49,6 +49,17 @@ def test_the_simplest_form_is_named(matrix: Array, sentence: str, values: list[f
         assert list(found.values()) == pytest.approx(values, abs=1e-3)
 
 
+def test_the_angle_of_a_turned_sensor_is_what_well_measured_entries_say() -> None:
+    """One reading that hardly any data determine is far off: it was named as a matrix of nine numbers."""
+    error = turned(2, 0.3) - np.eye(3)
+    error[0, 1] += 0.5
+    information = 1e6 * np.eye(9)
+    information[1, 1] = 1.0
+    effect, found, _ = of_sensor(7, error, information, PRICE)
+    assert effect.sentence() == "sensor at point 7 turned about its z axis"
+    assert list(found.values()) == pytest.approx([0.3], abs=1e-3)
+
+
 def test_a_rigid_axis_of_a_bearing_is_left_out() -> None:
     values = {"joint3.rx.compliance": 2e-7, "joint3.rx.retardation_time": 1e-3}
     values |= {"joint3.ry.compliance": 0.0, "joint3.ry.retardation_time": 1e-3}
