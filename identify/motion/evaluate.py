@@ -15,7 +15,7 @@ from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.measured.quality_robot import robot_notes
 from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import PreparedRecord
+from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 from identify.motion.step_error import step_error
 from identify.motion.tool import recorded_paths, tool_paths
@@ -53,6 +53,8 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     seconds = time.perf_counter() - began
     first = started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
+    if not len(scale.free):
+        return _result(problem, _records(problem, motion, first), seconds, found, None)
     fitted = [record for record in problem.records if record.settings.use == "fit"]
     objective = TrajectoryObjective(problem, fitted, problem.file.study.noise)
     seen = objective.residuals(found.fit.values, scale.free)
@@ -66,7 +68,7 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
 
 def unit(quantity: str) -> str:
     """SI unit of a quantity such as motor_position."""
-    return UNITS[quantity.rsplit("_", 1)[1]]
+    return "m" if quantity == TOOL else UNITS[quantity.rsplit("_", 1)[1]]
 
 
 def provenance_of_motion(problem: MotionProblem) -> Provenance:
@@ -153,7 +155,8 @@ def _record(
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
     comparisons = _comparisons(problem, record, number, motion, first)
-    gaps = [c.rms[0] ** 2 / c.noise**2 for c in comparisons.values() if np.isfinite(c.noise)]
+    noise = problem.file.study.noise
+    gaps = [c.rms[0] ** 2 / np.square(noise[q]) for q, c in comparisons.items() if q in noise]
     return results.RecordResult(
         name=settings.name,
         use=settings.use if record.measured else "",
@@ -169,7 +172,7 @@ def _record(
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
-        gap=float(np.sqrt(np.nanmean(gaps))) if np.isfinite(gaps).any() else float("nan"),
+        gap=float(np.sqrt(np.nanmean(np.concatenate(gaps)))) if gaps else float("nan"),
         **_tool(problem, record, motion.coordinates[number, :ticks]),
     )
 
@@ -202,7 +205,7 @@ def _comparisons(
     found = {}
     for quantity, values in now.items():
         measured, begun = (
-            record.measured.signals[quantity],
+            record.recorded[quantity],
             before[quantity][0] if quantity in before else None,
         )
         rms = [
@@ -216,7 +219,7 @@ def _comparisons(
             measured=measured,
             initial=begun,
             simulated=values[0],
-            noise=noise.get(quantity, float("nan")),
+            noise=float(np.sqrt(np.mean(np.square(noise.get(quantity, np.nan))))),
             rms=rms[0],
             rms_initial=rms[1] if len(rms) > 1 else None,
         )
@@ -231,6 +234,7 @@ def _trials(found: MotionFit) -> results.TrialTable:
         gap=np.array([trial.gap for trial in t]),
         gap_validation=np.array([trial.gap_judged for trial in t]),
         kept=np.array([trial.kept for trial in t], dtype=float),
+        log_odds=np.array([trial.log_odds for trial in t]),
     )
 
 
@@ -247,7 +251,7 @@ def _verdict(
         f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of"
         f" {problem.step_s:.3g} s."
     )
-    if found is None or trusted is None:
+    if found is None:
         return (speed,)
     kept = [trial.name for trial in found.trials[1:] if trial.kept]
     gaps = found.fit.cost, judge(problem, found.fit.values)
@@ -256,18 +260,12 @@ def _verdict(
         " judge."
     )
     added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
-    determined = sum(status == "determined" for status in trusted.status)
-    return tuple(
-        line
-        for line in (
-            first,
-            added,
-            f"{determined} of {len(trusted.status)} free parameters are determined.",
-            at_bounds(trusted, Scale(problem.parameters)),
-            speed,
-        )
-        if line
-    )
+    known = ""
+    if trusted is not None:
+        determined = sum(status == "determined" for status in trusted.status)
+        known = f"{determined} of {len(trusted.status)} free parameters are determined."
+    bounds = at_bounds(trusted, Scale(problem.parameters)) if trusted is not None else ""
+    return tuple(line for line in (first, added, known, bounds, speed) if line)
 
 
 def rivals_said(found: MotionFit | None) -> tuple[str, ...]:

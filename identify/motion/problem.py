@@ -15,6 +15,7 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.records import check_different
+from identify.model.effects.springs import JointSprings
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
@@ -74,14 +75,15 @@ class MotionProblem:
     @cached_property
     def continuous(self) -> MotionProblem:
         """The same with encoders that do not count."""
-        return self._with(encoder_counts=None)
+        return self.with_study(encoder_counts=None)
 
     def with_smoothing(self, smoothing: Smoothing) -> MotionProblem:
         """The same with dry friction smoothed otherwise."""
         friction = self.file.study.friction.model_copy(update={"smoothing": smoothing})
-        return self._with(friction=friction)
+        return self.with_study(friction=friction)
 
-    def _with(self, **changed: object) -> MotionProblem:
+    def with_study(self, **changed: object) -> MotionProblem:
+        """The same with other values of keys of the study that neither robot, records nor numbers hang on."""
         study = self.file.study.model_copy(update=changed)
         return replace(self, file=self.file.model_copy(update={"study": study}))
 
@@ -284,7 +286,7 @@ def with_numbers(
     Raises InputError for a number that the study's sections do not have.
     """
     sections = _sections(problem.file)
-    freed = {**problem.freed, **free}
+    freed = merged([problem.freed, free])
     for where, number in freed.items():
         section, _, key = where.rpartition(".")
         if section not in sections or key not in type(sections[section]).model_fields:
@@ -295,6 +297,40 @@ def with_numbers(
     started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
     springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
     return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
+
+
+def with_effects(
+    problem: MotionProblem, more: Sequence[JointSprings], values: Mapping[str, float]
+) -> MotionProblem:
+    """The same problem with further springs, and a step that resolves them; parameters named in `values`
+    start there.
+    """
+    if not more:
+        return with_numbers(problem, {}, values)
+    effects, robot = [*problem.file.study.effects, *more], problem.robot
+    site = build_site(robot, np.radians(problem.file.study.records[0].start_deg), effects)
+    arm = MovingArm(robot, [name for effect in effects for name in effect.free_coordinates(robot)])
+    springs = tuple(list_parameters(robot, site, effects))
+    softer = replace(problem.with_study(effects=effects), arm=arm, springs=springs)
+    return resolved(with_numbers(softer, {}, values))
+
+
+def resolved(problem: MotionProblem) -> MotionProblem:
+    """The same problem in steps that resolve its fastest mode at the start, if its own do not."""
+    period, omega = problem.file.study.servo.period_s, fastest_mode(problem)
+    parts = int(np.ceil(max(1.0, period / problem.step_s - 1e-6, period * omega / _FASTEST)))
+    return replace(problem, step_s=period / parts)
+
+
+def merged(numbers: Sequence[Mapping[str, JointNumber]]) -> dict[str, JointNumber]:
+    """Numbers set free by several effects, one of them perhaps in some joints and another in others."""
+    found: dict[str, JointNumber] = {}
+    for where, number in (item for one in numbers for item in one.items()):
+        before, joints = found.get(where), number.joints
+        if before is not None and before.joints is not None and joints is not None:
+            joints = sorted({*before.joints, *joints})
+        found[where] = number.model_copy(update={"joints": joints})
+    return found
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:

@@ -20,6 +20,7 @@ from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm
 
+TOOL = "tool_position"
 _BEGINS = np.radians(0.5)
 """How far from `start_deg`, which is typed, a recorded command may begin."""
 
@@ -36,6 +37,13 @@ class PreparedRecord:
     torque: Array
     measured: MotionRecord | None
     tool: Array | None = None
+
+    @property
+    def recorded(self) -> dict[str, Array]:
+        """Everything that was measured, by quantity, (samples, joints), of the tool (samples, 3); SI."""
+        if self.measured is None:
+            return {}
+        return {**self.measured.signals, **({} if self.tool is None else {TOOL: self.tool})}
 
 
 def check_record(record: RecordSettings, robot: Robot, where: str) -> None:

@@ -35,8 +35,10 @@ WEIGHTS = (
     "motor_current",
     "link_position",
     "link_velocity",
+    "tool_position",
 )
-"""Signals that a fit can compare."""
+"""Signals that a fit can compare; the last where a tracker saw the tool."""
+Deviation = Annotated[float, Field(gt=0)]
 
 
 def _spring(data: Any) -> JointSprings:
@@ -102,14 +104,17 @@ class RecordSettings(Settings):
 
 
 class MotionCandidate(Settings):
-    """A physical effect that may be missing: numbers that it sets free, tried after the fit."""
+    """A physical effect that may be missing: numbers that it sets free, springs that it brings, tried after
+    the fit.
+    """
 
     name: str = Field(min_length=1, description="what it is, such as Coulomb friction")
     numbers: dict[str, Number] = Field(
-        min_length=1,
-        description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}",
+        {}, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
     )
-
+    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+        [], description="springs that it brings: joint-compliance, base-compliance"
+    )
     smoothing: Smoothing | None = Field(
         None,
         description="with friction.coulomb among the numbers: how its sign passes through zero, beside other"
@@ -120,9 +125,22 @@ class MotionCandidate(Settings):
         """What it is, as the study says."""
         return self.name
 
+    @model_validator(mode="after")
+    def _brings_something(self) -> MotionCandidate:
+        if not self.numbers and not self.effects:
+            raise ValueError(f"candidate {self.name!r} has neither numbers nor effects; give one of them")
+        return self
+
     def instead_of(self, other: MotionCandidate) -> bool:
-        """Whether only one of the two can be added, because they set the same numbers free."""
-        return self.numbers.keys() == other.numbers.keys()
+        """Whether only one of the two can be added, because they set the same numbers free, or the same
+        springs.
+        """
+        return self._claims == other._claims
+
+    @property
+    def _claims(self) -> tuple[frozenset[tuple[str, tuple[int, ...]]], str]:
+        numbers = frozenset((key, tuple(one.joints or ())) for key, one in self.numbers.items())
+        return numbers, str([effect.model_dump() for effect in self.effects])
 
 
 class MotionStudy(Settings):
@@ -157,8 +175,8 @@ class MotionStudy(Settings):
     records: list[RecordSettings] = Field(
         min_length=1, description="motions to simulate, and what was recorded of them"
     )
-    noise: dict[str, Annotated[float, Field(gt=0)]] = Field(
-        {}, description="standard deviation of each measured signal that is fitted, SI"
+    noise: dict[str, Deviation | list[Deviation]] = Field(
+        {}, description="standard deviation of each measured signal that is fitted, SI; one, or one per joint"
     )
     candidates: list[MotionCandidate] = Field(
         [], description="effects that may be missing, tried one by one after a fit"

@@ -17,7 +17,7 @@ from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
 from identify.motion.plan import motion_plan
-from identify.motion.problem import MotionProblem, with_numbers
+from identify.motion.problem import MotionProblem, merged, with_effects, with_numbers
 from identify.motion.study import MotionCandidate
 
 _REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
@@ -38,7 +38,7 @@ class MotionWorkbench:
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         self.problem, self.progress = problem, progress
-        self._fitted: dict[frozenset[int], FittedMotion] = {}
+        self._fitted: dict[frozenset[str], FittedMotion] = {}
 
     @property
     def policy(self) -> Policy:
@@ -134,7 +134,7 @@ class MotionWorkbench:
 
     def _with(self, model: FittedMotion, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
         """The study's model with these effects, from the values of another model unless it is known."""
-        key = frozenset(map(self.problem.file.study.candidates.index, effects))
+        key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
             found = fit(motion_plan(problem, [StageSettings.parse(_REFIT)], 1), self.progress)
@@ -142,12 +142,16 @@ class MotionWorkbench:
         return self._fitted[key]
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
-        numbers = {where: number for effect in effects for where, number in effect.numbers.items()}
-        names = [parameter.name for parameter in model.problem.parameters]
-        begun = self.problem
+        begun, values = self.problem, self.starts(effects, model)
         for smoothing in (effect.smoothing for effect in effects if effect.smoothing is not None):
             begun = begun.with_smoothing(smoothing)
-        return with_numbers(begun, numbers, dict(zip(names, map(float, model.fit.values), strict=True)))
+        begun = with_effects(begun, [spring for effect in effects for spring in effect.effects], values)
+        return with_numbers(begun, merged([effect.numbers for effect in effects]), values)
+
+    def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
+        """Where parameters start in a model with these effects, by name: as another model has them."""
+        names = [parameter.name for parameter in model.problem.parameters]
+        return dict(zip(names, map(float, model.fit.values), strict=True))
 
 
 def _others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:

@@ -98,7 +98,7 @@ def _row(
                 value = rms[record.phases.index(phase), joint] if phase in record.phases else np.nan
                 cells.append(number(factor(c.unit) * value, 3))
     name = f"{record.name} (not fitted)" if record.use == "validate" else record.name
-    return (name, joints[joint], *cells)
+    return (name, "xyz"[joint] if c.unit == "m" else joints[joint], *cells)
 
 
 def circle_tables(result: MotionResult) -> list[Table]:

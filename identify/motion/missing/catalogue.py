@@ -1,0 +1,148 @@
+"""Everything that may be missing from a model of motion, or may not be as stated, each as numbers of the
+simulator that are zero or as the study says, or as springs that are rigid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.text import listed
+from identify.motion.numbers import JointNumber
+from identify.motion.problem import MotionProblem
+from identify.motion.study import MotionCandidate
+
+_SPAN, _OFF = 100.0, 30.0
+"""Bounds: of an amplitude, over its size; of a number that is not as stated, a factor either way."""
+_SMALL, _JUMP = 0.01, 0.3
+"""Steps that are tried, over the size: of what acts in proportion, and of what changes the rest at once."""
+_MOVES = 1e-3
+"""Share of the fastest joint's speed below which a joint stands still."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """An effect of one or more numbers a joint (`where`, section and key).
+
+    present: as they are, one row per number (numbers, joints); size (joints,): a unit of its amplitude, NaN
+    where it cannot be; relative: the number is not as stated, and its amplitude the logarithm of how much;
+    signed: whether its amplitude may be below zero; probe: the step that is tried, over the size.
+    """
+
+    name: str
+    where: tuple[str, ...]
+    present: Array
+    size: Array
+    relative: bool = False
+    signed: bool = False
+    probe: float = _SMALL
+
+    def candidate(self, joints: Sequence[int]) -> MotionCandidate:
+        """As an effect of some joints (from 1), as a study names it."""
+        of = f"joint{'s' if len(joints) > 1 else ''} {listed(list(map(str, joints)))}"
+        said = f"{self.name} of {of} not as stated" if self.relative else f"{self.name} of {of}"
+        rows = zip(self.where, self.present, strict=True)
+        return MotionCandidate(name=said, numbers={key: self._number(row, joints) for key, row in rows})
+
+    def _number(self, present: Array, joints: Sequence[int]) -> JointNumber:
+        at = np.array(joints) - 1
+        if self.relative:
+            bounds = float(present[at].min() / _OFF), float(present[at].max() * _OFF)
+        else:
+            most = _SPAN * float(np.nanmax(self.size[at]))
+            bounds = (-most if self.signed else 0.0), most
+        bounds = tuple(float(f"{bound:.3g}") for bound in bounds)  # type: ignore[assignment]
+        return JointNumber(initial=[float(v) for v in present], bounds=bounds, joints=list(joints))
+
+
+@dataclass(frozen=True)
+class Loads:
+    """What sizes are measured by, (joints,): torque that the commands take, N m, and speed, rad/s, RMS over
+    what is commanded; stiffness of the gears, N m/rad, NaN where rigid.
+    """
+
+    torque: Array
+    speed: Array
+    stiffness: Array
+
+
+def loads(problem: MotionProblem, values: Array) -> Loads:
+    """Of a problem at parameter values (parameters,)."""
+    torque, speed = (
+        np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
+        for parts in (
+            [record.torque for record in problem.records],
+            [record.command.velocity for record in problem.records],
+        )
+    )
+    torque = np.maximum(torque, 1e-3 * max(float(torque.max()), 1e-9))
+    speed = np.where(speed > _MOVES * speed.max(initial=0.0), speed, np.nan)
+    stiffness = np.full(len(torque), np.nan)
+    for parameter, value in zip(problem.springs, values, strict=False):
+        joint, axis, what = (*parameter.name.split("."), "", "")[:3]
+        if (axis, what) == ("rz", "stiffness") and joint.startswith("joint"):
+            stiffness[int(joint.removeprefix("joint")) - 1] = value
+    return Loads(torque, speed, stiffness)
+
+
+def kinds(problem: MotionProblem, values: Array) -> list[Kind]:
+    """All that a problem has at parameter values (parameters,): but what is searched of all joints already."""
+    load, arrays = loads(problem, values), problem.table.arrays(values[None])
+    present = {where: rows[0] for where, rows in arrays.items()}
+    searched = {
+        where for where, (joints, _) in problem.table.columns.items() if len(joints) == len(load.torque)
+    }
+    found = [*_absent(present, load), *_stated(present, load)]
+    return [kind for kind in found if not searched & set(kind.where) and np.isfinite(kind.size).any()]
+
+
+def _absent(present: dict[str, Array], load: Loads) -> list[Kind]:
+    """Those that are zero, where they are."""
+    one = np.ones(len(load.torque))
+    windup = load.torque / load.stiffness
+    zero: list[tuple[str, str, Array, float]] = [
+        ("Coulomb friction", "friction.coulomb", load.torque + 0 * load.speed, _SMALL),
+        ("viscous friction", "friction.viscous", load.torque / load.speed, _SMALL),
+        ("Stribeck friction", "friction.stribeck", load.torque + 0 * load.speed, _SMALL),
+        ("hardening of the gear", "gear.cubic_stiffness", load.stiffness / windup**2, _SMALL),
+        ("backlash of the gear", "gear.backlash", windup, _SMALL),
+        ("integral action", "servo.integral_gain", present.get("servo.position_gain", one), _JUMP),
+        ("integral action of the velocity loop", "servo.velocity_integral", 10 * one, _JUMP),
+        ("velocity feed-forward", "servo.velocity_feedforward", one, _SMALL),
+        ("torque feed-forward", "servo.torque_feedforward", one, _SMALL),
+    ]
+    return [
+        Kind(name, (where,), present[where][None], np.where(present[where] == 0, size, np.nan), probe=probe)
+        for name, where, size, probe in zero
+        if where in present and (present[where] == 0).any()
+    ]
+
+
+_NEVER = ("gear.ratio", "motor.voltage_limit", "motor.torque_limit")
+"""What is printed on the gear, and limits, which nothing shows until they are reached."""
+
+
+def _stated(present: dict[str, Array], load: Loads) -> list[Kind]:
+    """Those that the study says, and may be otherwise."""
+    found = []
+    for where, row in present.items():
+        section, _, key = where.rpartition(".")
+        known = np.isfinite(row) & (row > 0)
+        known &= np.isfinite(load.speed) if section == "friction" else True
+        if where in _NEVER or section.startswith("gear.") or not _acts(where, present):
+            continue
+        name = f"{'motor ' if section == 'motor' else ''}{key.replace('_', ' ')}"
+        found.append(Kind(name, (where,), row[None], np.where(known, 1.0, np.nan), relative=True))
+    return found
+
+
+def _acts(where: str, present: dict[str, Array]) -> bool:
+    """Whether a number does anything beside the others."""
+    needs = {
+        "friction.stribeck_velocity": ("friction.stribeck",),
+        "friction.creep_velocity": ("friction.coulomb", "friction.stribeck"),
+    }
+    return where not in needs or any(bool(np.any(present[key])) for key in needs[where])
