@@ -17,6 +17,7 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
 from identify.model.effects.springs import JointSprings
 from identify.model.laws.friction import Smoothing
+from identify.motion.bodies import Balancer, Bodies
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
 from identify.motion.excitation import Excitation
@@ -156,6 +157,8 @@ class MotionStudy(Settings):
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
     gear: Gear = Field(description="gears of all joints")
     friction: FrictionSettings = Field(FrictionSettings(), description="friction of all drives")
+    bodies: Bodies = Field(Bodies(), description="how far the links' bodies are off their description")
+    balancer: Balancer = Field(Balancer(), description="gravity balancers beside joints")
     encoder_counts: list[int] | None = Field(
         None, description="counts per turn of each motor; default: continuous"
     )

@@ -45,6 +45,11 @@ class MotionWorkbench:
         """What is asked of the effects."""
         return POLICY
 
+    @property
+    def stage(self) -> StageSettings:
+        """How a model with an effect added is fitted, from where the model without it ended."""
+        return StageSettings.parse(_REFIT)
+
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted as the study says."""
         study = self.problem.file.study
@@ -98,7 +103,7 @@ class MotionWorkbench:
 
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them."""
-        return [self._with(model, _others(model, effect)) for effect in effects]
+        return [self._with(model, others(model, effect)) for effect in effects]
 
     def removable(self, model: FittedMotion) -> Sequence[MotionCandidate]:
         """All that were added."""
@@ -118,7 +123,7 @@ class MotionWorkbench:
 
     def size(self, model: FittedMotion, effect: MotionCandidate) -> int:
         """Number of free parameters that the model has no more without the effect."""
-        return model.free - free_parameters(self._problem(_others(model, effect), model))
+        return model.free - free_parameters(self._problem(others(model, effect), model))
 
     def variants(self, model: FittedMotion) -> list[Trial]:
         """None: other forms are candidates of their own."""
@@ -137,7 +142,7 @@ class MotionWorkbench:
         key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
-            found = fit(motion_plan(problem, [StageSettings.parse(_REFIT)], 1), self.progress)
+            found = fit(motion_plan(problem, [self.stage], 1), self.progress)
             self._fitted[key] = FittedMotion(problem, found, effects)
         return self._fitted[key]
 
@@ -154,5 +159,6 @@ class MotionWorkbench:
         return dict(zip(names, map(float, model.fit.values), strict=True))
 
 
-def _others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:
+def others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:
+    """The added effects of a model but one."""
     return tuple(one for one in model.added if one != effect)

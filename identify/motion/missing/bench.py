@@ -5,23 +5,32 @@ of a list of candidates.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from identify.core.thresholds import CONVINCING
-from identify.fitting.fit import Fit, Progress, Start
+from identify.fitting.fit import Fit, Progress, Start, fit
+from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.judging import FittedMotion
+from identify.motion.missing.catalogue import acts
 from identify.motion.missing.screen import Promise, promises
-from identify.motion.plan import motion_plan
-from identify.motion.problem import MotionProblem
+from identify.motion.plan import fitted_records, motion_plan
+from identify.motion.problem import MotionProblem, coarse, resolved, with_numbers
 from identify.motion.study import MotionCandidate
-from identify.motion.workbench import MotionWorkbench, Trial
+from identify.motion.trajectory import TrajectoryObjective
+from identify.motion.trajectory_fit import MotionFit
+from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED = 4
-"""Effects that are refitted in a turn: what they promise is to first order, and far from the truth."""
+_TRIED, _PART = 3, 0.1
+"""Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what is
+promised is to first order, and far from the truth.
+"""
+_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
+_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
 
@@ -30,7 +39,8 @@ class MissingBench(MotionWorkbench):
     """A study of motion with all that may be missing."""
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
-        super().__init__(problem, progress)
+        super().__init__(coarse(problem), progress)
+        self._fine = problem
         self._promised: dict[int, list[Promise]] = {}
         self._starts: dict[str, float] = {}
 
@@ -39,12 +49,19 @@ class MissingBench(MotionWorkbench):
         """What is asked of the effects."""
         return POLICY
 
+    @property
+    def stage(self) -> StageSettings:
+        """In few steps: what is chosen is fitted on beside what comes next."""
+        return _REFIT
+
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted where anything is free."""
         if any(parameter.free for parameter in self.problem.parameters):
             return super().begin()
         values = self.problem.initial
-        objective = motion_plan(self.problem, self.problem.file.study.optimizer, 1).objective
+        objective = TrajectoryObjective(
+            self.problem, fitted_records(self.problem), self.problem.file.study.noise
+        )
         cost = float(objective.costs(values[None])[0])
         start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
         first = FittedMotion(self.problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
@@ -66,7 +83,9 @@ class MissingBench(MotionWorkbench):
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
         """The first few."""
-        return screened[:_TRIED]
+        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)]}
+        most = max(odds.values(), default=0.0)
+        return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
         """Each fitted beside the model's effects, from where it promises to be."""
@@ -81,3 +100,26 @@ class MissingBench(MotionWorkbench):
     def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
         """Those of new parameters as they promised, all others as they are."""
         return {**self._starts, **super().starts(effects, model)}
+
+    def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
+        """Refitted without each of them, and what is nothing without it."""
+        return [self._with(model, self._standing(others(model, effect))) for effect in effects]
+
+    def _standing(self, effects: tuple[MotionCandidate, ...]) -> tuple[MotionCandidate, ...]:
+        """Those that do something beside each other."""
+        given = self.problem.table.given
+        there = {key for key in given if np.any(given[key])} | {key for e in effects for key in e.numbers}
+        return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
+
+    def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
+        return coarse(super()._problem(effects, model))
+
+    def finished(self, found: MotionFit) -> MotionFit:
+        """The model that was found, fitted in the steps of the study."""
+        problem = found.problem
+        fine = resolved(replace(problem, step_s=min(problem.step_s, self._fine.step_s)))
+        if fine.step_s == problem.step_s or not any(p.free for p in fine.parameters):
+            return replace(found, problem=fine)
+        names = [parameter.name for parameter in problem.parameters]
+        begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
+        return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))

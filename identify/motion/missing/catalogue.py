@@ -4,19 +4,21 @@ simulator that are zero or as the study says, or as springs that are rigid.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.text import listed
+from identify.motion.bodies import LIGHTEST
 from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
 _SPAN, _OFF = 100.0, 30.0
 """Bounds: of an amplitude, over its size; of a number that is not as stated, a factor either way."""
+_LATE_S = 1e-3
 _SMALL, _JUMP = 0.01, 0.3
 """Steps that are tried, over the size: of what acts in proportion, and of what changes the rest at once."""
 _MOVES = 1e-3
@@ -29,7 +31,7 @@ class Kind:
 
     present: as they are, one row per number (numbers, joints); size (joints,): a unit of its amplitude, NaN
     where it cannot be; relative: the number is not as stated, and its amplitude the logarithm of how much;
-    signed: whether its amplitude may be below zero; probe: the step that is tried, over the size.
+    least: of its amplitude; probe: the step that is tried, over the size.
     """
 
     name: str
@@ -37,7 +39,7 @@ class Kind:
     present: Array
     size: Array
     relative: bool = False
-    signed: bool = False
+    least: float = 0.0
     probe: float = _SMALL
 
     def candidate(self, joints: Sequence[int]) -> MotionCandidate:
@@ -53,7 +55,7 @@ class Kind:
             bounds = float(present[at].min() / _OFF), float(present[at].max() * _OFF)
         else:
             most = _SPAN * float(np.nanmax(self.size[at]))
-            bounds = (-most if self.signed else 0.0), most
+            bounds = max(-most, self.least), most
         bounds = tuple(float(f"{bound:.3g}") for bound in bounds)  # type: ignore[assignment]
         return JointNumber(initial=[float(v) for v in present], bounds=bounds, joints=list(joints))
 
@@ -103,46 +105,54 @@ def _absent(present: dict[str, Array], load: Loads) -> list[Kind]:
     """Those that are zero, where they are."""
     one = np.ones(len(load.torque))
     windup = load.torque / load.stiffness
-    zero: list[tuple[str, str, Array, float]] = [
-        ("Coulomb friction", "friction.coulomb", load.torque + 0 * load.speed, _SMALL),
-        ("viscous friction", "friction.viscous", load.torque / load.speed, _SMALL),
-        ("Stribeck friction", "friction.stribeck", load.torque + 0 * load.speed, _SMALL),
-        ("hardening of the gear", "gear.cubic_stiffness", load.stiffness / windup**2, _SMALL),
-        ("backlash of the gear", "gear.backlash", windup, _SMALL),
-        ("integral action", "servo.integral_gain", present.get("servo.position_gain", one), _JUMP),
-        ("integral action of the velocity loop", "servo.velocity_integral", 10 * one, _JUMP),
-        ("velocity feed-forward", "servo.velocity_feedforward", one, _SMALL),
-        ("torque feed-forward", "servo.torque_feedforward", one, _SMALL),
+    free = -np.inf
+    zero: list[tuple[str, str | tuple[str, str], Array, float, float]] = [
+        ("Coulomb friction", "friction.coulomb", load.torque + 0 * load.speed, 0, _SMALL),
+        ("viscous friction", "friction.viscous", load.torque / load.speed, 0, _SMALL),
+        ("Stribeck friction", "friction.stribeck", load.torque + 0 * load.speed, 0, _SMALL),
+        ("hardening of the gear", "gear.cubic_stiffness", load.stiffness / windup**2, 0, _SMALL),
+        ("backlash of the gear", "gear.backlash", windup, 0, _SMALL),
+        ("mass beyond the description", "bodies.mass", 0.1 * one, LIGHTEST, _SMALL),
+        ("gravity balancer", ("balancer.sine", "balancer.cosine"), load.torque, free, _SMALL),
+        ("integral action", "servo.integral_gain", present.get("servo.position_gain", one), 0, _JUMP),
+        ("integral action of the velocity loop", "servo.velocity_integral", 10 * one, 0, _JUMP),
+        ("velocity feed-forward", "servo.velocity_feedforward", one, 0, _SMALL),
+        ("torque feed-forward", "servo.torque_feedforward", one, 0, _SMALL),
+        ("delay of the controller", "servo.latency", _LATE_S * one, 0, _SMALL),
     ]
-    return [
-        Kind(name, (where,), present[where][None], np.where(present[where] == 0, size, np.nan), probe=probe)
-        for name, where, size, probe in zero
-        if where in present and (present[where] == 0).any()
-    ]
+    found = []
+    for name, told, size, least, probe in zero:
+        where = (told,) if isinstance(told, str) else told
+        if all(key in present for key in where):
+            rows = np.array([present[key] for key in where])
+            absent = np.where((rows == 0).all(axis=0), size, np.nan)
+            found.append(Kind(name, where, rows, absent, least=least, probe=probe))
+    return found
 
 
+_NEEDS = {
+    "friction.stribeck_velocity": ("friction.stribeck",),
+    "friction.creep_velocity": ("friction.coulomb", "friction.stribeck"),
+}
+_SIGNED = ("bodies", "balancer")
 _NEVER = ("gear.ratio", "motor.voltage_limit", "motor.torque_limit")
 """What is printed on the gear, and limits, which nothing shows until they are reached."""
 
 
 def _stated(present: dict[str, Array], load: Loads) -> list[Kind]:
     """Those that the study says, and may be otherwise."""
-    found = []
+    found, there = [], {key for key, row in present.items() if np.any(row)}
     for where, row in present.items():
         section, _, key = where.rpartition(".")
         known = np.isfinite(row) & (row > 0)
         known &= np.isfinite(load.speed) if section == "friction" else True
-        if where in _NEVER or section.startswith("gear.") or not _acts(where, present):
+        if where in _NEVER or section in _SIGNED or section.startswith("gear.") or not acts(where, there):
             continue
         name = f"{'motor ' if section == 'motor' else ''}{key.replace('_', ' ')}"
         found.append(Kind(name, (where,), row[None], np.where(known, 1.0, np.nan), relative=True))
     return found
 
 
-def _acts(where: str, present: dict[str, Array]) -> bool:
-    """Whether a number does anything beside the others."""
-    needs = {
-        "friction.stribeck_velocity": ("friction.stribeck",),
-        "friction.creep_velocity": ("friction.coulomb", "friction.stribeck"),
-    }
-    return where not in needs or any(bool(np.any(present[key])) for key in needs[where])
+def acts(where: str, there: Collection[str]) -> bool:
+    """Whether a number does anything beside those that are there, by section and key."""
+    return where not in _NEEDS or any(key in there for key in _NEEDS[where])

@@ -56,7 +56,8 @@ def run_motion_discover(
         def compute(part: PartFile) -> MotionResult:
             began, at_work = time.perf_counter(), Progress()
             at_work.journal.part = part
-            found = with_missing(MissingBench(problem, at_work), progress)
+            bench = MissingBench(problem, at_work)
+            found = bench.finished(with_missing(bench, progress))
             result = _result(found, path.parent)
             ended = ("the search ended with its time",) if progress.late else ()
             told = (*notes, *ended, *result.notes)

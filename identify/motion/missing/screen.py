@@ -219,7 +219,7 @@ def _possible(places: Sequence[Place], own: Sequence[int], amplitudes: Array) ->
     ends = np.cumsum([places[k].columns.shape[1] for k in own])
     for k, end in zip(own, ends, strict=True):
         kind = places[k].kind
-        free = isinstance(kind, Kind) and (kind.signed or kind.relative)
+        free = isinstance(kind, Kind) and (kind.least < 0 or kind.relative)
         if not free and (amplitudes[end - places[k].columns.shape[1] : end] <= 0).any():
             return False
     return True
@@ -233,6 +233,6 @@ def _starts(place: Place, amplitudes: Array) -> dict[str, float]:
     found = {}
     for key, present, amplitude in zip(kind.where, kind.present[:, n], amplitudes, strict=True):
         most = _FARTHEST if kind.relative else _WIDEST * kind.size[n]
-        away = float(np.clip(amplitude, -most, most))
+        away = float(np.clip(amplitude, -most if kind.relative else max(-most, 0.9 * kind.least), most))
         found[f"joint{n + 1}.{key}"] = float(present * np.exp(away)) if kind.relative else away
     return found

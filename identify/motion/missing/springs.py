@@ -111,7 +111,7 @@ def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: fl
         if squares[-1] <= (1.2 * limit) ** 2 or bent.max() < 0.1 * squares[-1]:
             break
         stiffness[rows[int(np.argmax(bent))]] *= limit**2 / squares[-1]
-    return stiffness[rows]
+    return np.asarray(stiffness[rows])
 
 
 def _usual(coordinate: str) -> JointSprings:
