@@ -18,10 +18,11 @@ from identify.motion.problem import MotionProblem
 from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 from identify.motion.step_error import step_error
-from identify.motion.tool import recorded_paths, tool_paths
+from identify.motion.tool import COMMAND, recorded_paths, tool_paths
 from identify.motion.trajectory import (
     TrajectoryObjective,
     all_signals,
+    beside,
     phase_rms,
     simulated,
     trajectory_trust,
@@ -34,6 +35,8 @@ from identify.results.tables import Provenance
 
 UNITS = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
 WHOLE = "whole"
+Begun = tuple[MotionProblem, SimulatedMotion]
+"""A start model and its motion."""
 
 
 def evaluate_simulation(problem: MotionProblem) -> results.MotionResult:
@@ -51,7 +54,7 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     began = time.perf_counter()
     motion = problem.run(found.fit.values[None], problem.records)
     seconds = time.perf_counter() - began
-    first = started.run(started.initial[None], started.records)
+    first = started, started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
     if not len(scale.free):
         return _result(problem, _records(problem, motion, first), seconds, found, None)
@@ -138,7 +141,7 @@ def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
 
 
 def _records(
-    problem: MotionProblem, motion: SimulatedMotion, first: SimulatedMotion | None
+    problem: MotionProblem, motion: SimulatedMotion, first: Begun | None
 ) -> dict[str, results.RecordResult]:
     rows = enumerate(problem.records)
     return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
@@ -149,9 +152,10 @@ def _record(
     record: PreparedRecord,
     number: int,
     motion: SimulatedMotion,
-    first: SimulatedMotion | None,
+    first: Begun | None,
 ) -> results.RecordResult:
     ticks, settings = len(record.command.position), record.settings
+    begun = None if first is None else (first[0], first[1].coordinates[number, :ticks])
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
     comparisons = _comparisons(problem, record, number, motion, first)
@@ -173,18 +177,26 @@ def _record(
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
         gap=float(np.sqrt(np.nanmean(np.concatenate(gaps)))) if gaps else float("nan"),
-        **_tool(problem, record, motion.coordinates[number, :ticks]),
+        **_tool(problem, record, motion.coordinates[number, :ticks], begun),
     )
 
 
-def _tool(problem: MotionProblem, record: PreparedRecord, coordinates: Array) -> dict[str, Any]:
-    """Paths of a tool that is led, and their circular tests."""
+def _tool(
+    problem: MotionProblem,
+    record: PreparedRecord,
+    coordinates: Array,
+    begun: tuple[MotionProblem, Array] | None,
+) -> dict[str, Any]:
+    """Paths of a tool that is led, and their circular tests; begun: the start model, and its coordinates."""
     circle = record.settings.path
     if circle is None:
         return {}
     paths = tool_paths(problem, record, coordinates)
     turn = circle.judged(problem.file.study.servo.period_s * np.arange(len(coordinates), dtype=float))
     tests = {name: circular_test(circle.flat(places)[turn]) for name, places in paths.items()}
+    for name, places in ({} if begun is None else tool_paths(begun[0], record, begun[1])).items():
+        if name != COMMAND:
+            tests[f"{name}, start model"] = circular_test(circle.flat(places)[turn])
     for name, (time_s, places) in recorded_paths(problem, record).items():
         tests[name] = circular_test(circle.flat(places)[circle.judged(time_s)])
     return {"paths": {name: results.Trace("m", places) for name, places in paths.items()}, "circles": tests}
@@ -195,13 +207,13 @@ def _comparisons(
     record: PreparedRecord,
     number: int,
     motion: SimulatedMotion,
-    first: SimulatedMotion | None,
+    first: Begun | None,
 ) -> dict[str, results.TrajectoryComparison]:
     if record.measured is None:
         return {}
     count, noise, phases = len(problem.records), problem.file.study.noise, record.settings.phases_s
     now = simulated(problem, motion, record, number, count)
-    before = simulated(problem, first, record, number, count) if first is not None else {}
+    before = simulated(*first, record, number, count) if first is not None else {}
     found = {}
     for quantity, values in now.items():
         measured, begun = (
@@ -209,7 +221,7 @@ def _comparisons(
             before[quantity][0] if quantity in before else None,
         )
         rms = [
-            phase_rms(model - measured, record.measured.time_s, phases)
+            phase_rms(beside(quantity, model, measured), record.measured.time_s, phases)
             for model in (values[0], begun)
             if model is not None
         ]

@@ -15,7 +15,6 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.records import check_different
-from identify.model.effects.springs import JointSprings
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
@@ -31,9 +30,9 @@ from identify.robot.read import read_robot
 
 _EVERY = 20
 """Ticks between postures at which what depends on them slowly is computed."""
-_FASTEST, _COARSE = 0.3, 1.0
+FASTEST = 0.3
 """Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 =
-0.4 % in frequency; and where models are only compared, with an error of 4 %.
+0.4 % in frequency.
 """
 
 
@@ -263,7 +262,7 @@ def _loaded(file: MotionFile) -> MotionProblem:
     if study.effects:
         springs = list_parameters(robot, build_site(robot, first, study.effects), study.effects)
     arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
-    table = number_table(_sections(file), len(robot.joints), len(springs))
+    table = number_table(sections_of(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
     rigid = MovingArm(robot)
     records = tuple(read_recording(file, rigid, record) for record in study.records)
@@ -272,7 +271,8 @@ def _loaded(file: MotionFile) -> MotionProblem:
     return replace(problem, step_s=_step(problem))
 
 
-def _sections(file: MotionFile) -> dict[str, BaseModel]:
+def sections_of(file: MotionFile) -> dict[str, BaseModel]:
+    """The parts of a study that hold numbers, by the name they have in parameters."""
     study = file.study
     return {
         "motor": study.motor,
@@ -282,73 +282,6 @@ def _sections(file: MotionFile) -> dict[str, BaseModel]:
         "balancer": study.balancer,
         "servo": study.servo,
     }
-
-
-def with_numbers(
-    problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]
-) -> MotionProblem:
-    """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start
-    there.
-
-    Raises InputError for a number that the study's sections do not have.
-    """
-    sections = _sections(problem.file)
-    freed = merged([problem.freed, free])
-    for where, number in freed.items():
-        section, _, key = where.rpartition(".")
-        if section not in sections or key not in type(sections[section]).model_fields:
-            known = [f"{name}.{key}" for name, one in sections.items() for key in type(one).model_fields]
-            raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
-        sections[section] = sections[section].model_copy(update={key: number})
-    table = number_table(sections, len(problem.robot.joints), len(problem.springs))
-    started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
-    springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
-    return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
-
-
-def with_effects(
-    problem: MotionProblem, more: Sequence[JointSprings], values: Mapping[str, float]
-) -> MotionProblem:
-    """The same problem with further springs, and a step that resolves them; parameters named in `values`
-    start there.
-    """
-    if not more:
-        return with_numbers(problem, {}, values)
-    effects, robot = [*problem.file.study.effects, *more], problem.robot
-    site = build_site(robot, np.radians(problem.file.study.records[0].start_deg), effects)
-    arm = MovingArm(robot, [name for effect in effects for name in effect.free_coordinates(robot)])
-    springs = tuple(list_parameters(robot, site, effects))
-    softer = replace(problem.with_study(effects=effects), arm=arm, springs=springs)
-    return resolved(with_numbers(softer, {}, values))
-
-
-def resolved(problem: MotionProblem) -> MotionProblem:
-    """The same problem in steps that resolve its fastest mode at the start, if its own do not."""
-    return replace(problem, step_s=min(problem.step_s, _resolving(problem, _FASTEST)))
-
-
-def coarse(problem: MotionProblem) -> MotionProblem:
-    """The same problem in the longest steps in which its fastest mode at the start is stable, for comparing
-    models with each other.
-    """
-    return replace(problem, step_s=max(problem.step_s, _resolving(problem, _COARSE)))
-
-
-def _resolving(problem: MotionProblem, most: float) -> float:
-    """The step, a whole part of the controller's period, that times the fastest mode is at most so much."""
-    period, omega = problem.file.study.servo.period_s, fastest_mode(problem)
-    return period / int(np.ceil(max(1.0, period * omega / most)))
-
-
-def merged(numbers: Sequence[Mapping[str, JointNumber]]) -> dict[str, JointNumber]:
-    """Numbers set free by several effects, one of them perhaps in some joints and another in others."""
-    found: dict[str, JointNumber] = {}
-    for where, number in (item for one in numbers for item in one.items()):
-        before, joints = found.get(where), number.joints
-        if before is not None and before.joints is not None and joints is not None:
-            joints = sorted({*before.joints, *joints})
-        found[where] = number.model_copy(update={"joints": joints})
-    return found
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:
@@ -382,12 +315,12 @@ def _step(problem: MotionProblem) -> float:
     period, wanted = study.servo.period_s, study.step_s
     omega = fastest_mode(problem)
     if wanted is None:
-        return period / int(np.ceil(max(1.0, period * omega / _FASTEST)))
+        return period / int(np.ceil(max(1.0, period * omega / FASTEST)))
     parts = period / wanted
     if abs(parts - round(parts)) > 1e-6 or parts < 0.5:
         raise InputError("step_s", f"{wanted:g}", f"the controller's period {period:g} or a whole part of it")
     if wanted * omega > 1.0:
-        fix = f"at most {_FASTEST / omega:.2g} s is advised"
+        fix = f"at most {FASTEST / omega:.2g} s is advised"
         raise InputError(
             "step_s",
             f"{wanted:g} s with a mode of {omega / 2 / np.pi:.0f} Hz",

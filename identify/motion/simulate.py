@@ -185,7 +185,7 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
 
 @dataclass
 class Latency:
-    """Commands that reach the motors late by so many steps, (lanes, joints), parts of one as a mean of two."""
+    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two."""
 
     whole: Index
     part: Array

@@ -135,7 +135,7 @@ class TrajectoryObjective(Objective):
             motion = self.problem.run(candidates, self.records)
         return [
             [
-                (seen - record.recorded[quantity]) / self.noise[quantity]
+                beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
                 for quantity, seen in simulated(
                     self.problem, motion, record, number, len(self.records)
                 ).items()
@@ -208,6 +208,16 @@ def simulated(
         at = _at(own.coordinates, ticks, time)
         found[TOOL] = problem.arm.frame_position(at, tool.link, np.array(tool.at_m))
     return found
+
+
+def beside(quantity: str, seen: Array, measured: Array) -> Array:
+    """Simulated (..., samples, k) less measured (samples, k); of the tool beyond the mean of a record,
+    because a tracker has a frame of its own and measures an arm that has sagged already.
+    """
+    difference = seen - measured
+    if quantity != TOOL:
+        return difference
+    return np.asarray(difference - np.nanmean(difference, axis=-2, keepdims=True))
 
 
 def _lanes(motion: SimulatedMotion, pick: slice) -> SimulatedMotion:

@@ -15,9 +15,10 @@ from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.motion.changed import merged, with_effects, with_numbers
 from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
 from identify.motion.plan import motion_plan
-from identify.motion.problem import MotionProblem, merged, with_effects, with_numbers
+from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
 _REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}

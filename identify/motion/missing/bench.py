@@ -15,19 +15,20 @@ from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
+from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import acts
 from identify.motion.missing.screen import Promise, promises
 from identify.motion.plan import fitted_records, motion_plan
-from identify.motion.problem import MotionProblem, coarse, resolved, with_numbers
+from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
 _TRIED, _PART = 3, 0.1
-"""Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what is
-promised is to first order, and far from the truth.
+"""Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
+is promised is to first order, and far from the truth.
 """
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
 _REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})

@@ -91,7 +91,7 @@ def loads(problem: MotionProblem, values: Array) -> Loads:
 
 
 def kinds(problem: MotionProblem, values: Array) -> list[Kind]:
-    """All that a problem has at parameter values (parameters,): but what is searched of all joints already."""
+    """All of a problem at parameter values (parameters,) but what is searched of all joints already."""
     load, arrays = loads(problem, values), problem.table.arrays(values[None])
     present = {where: rows[0] for where, rows in arrays.items()}
     searched = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.correlated import white_level
 from identify.core.errors import InputError
 from identify.motion.problem import MotionProblem
@@ -37,28 +38,18 @@ def with_noise(problem: MotionProblem) -> tuple[MotionProblem, tuple[str, ...]]:
     return problem.with_study(noise=noise), tuple(notes)
 
 
-def _levels(problem: MotionProblem, quantity: str) -> np.ndarray:
-    """Of each column, the median over records; joints that were not recorded have that of the others."""
-    rows = []
-    for record in problem.records:
-        signal = record.recorded.get(quantity)
-        if signal is not None:
-            used = np.isfinite(signal)
-            rows.append(
-                [white_level(s, u) if u.any() else np.nan for s, u in zip(signal.T, used.T, strict=True)]
-            )
-    levels = np.array(rows)
-    known = np.isfinite(levels) & (levels > 0)
-    levels = np.where(known, levels, np.nan)
-    column = np.array([np.median(c[np.isfinite(c)]) if np.isfinite(c).any() else np.nan for c in levels.T])
-    measured = np.array(
-        [
-            any(
-                np.isfinite(r.recorded[quantity][:, n]).any()
-                for r in problem.records
-                if quantity in r.recorded
-            )
-            for n in range(len(column))
-        ]
-    )
-    return np.where(measured, column, np.nanmax(column) if np.isfinite(column).any() else np.nan)
+def _levels(problem: MotionProblem, quantity: str) -> Array:
+    """Of each column, the median over records; joints of which nothing was recorded have the largest."""
+    signals = [record.recorded[quantity] for record in problem.records if quantity in record.recorded]
+    rows = np.array([[_level(column) for column in signal.T] for signal in signals])
+    columns = [column[np.isfinite(column)] for column in rows.T]
+    levels = np.array([np.median(own) if len(own) else np.nan for own in columns])
+    silent = np.isnan(np.concatenate(signals)).all(axis=0)
+    return np.where(silent, np.max(levels[~silent], initial=0.0), levels)
+
+
+def _level(signal: Array) -> float:
+    """Of one joint's signal (samples,), NaN where it cannot be told."""
+    used = np.isfinite(signal)
+    level = white_level(np.where(used, signal, 0.0), used) if used.any() else 0.0
+    return level if level > 0 else float("nan")

@@ -20,11 +20,12 @@ from identify.core.thresholds import MISSING
 from identify.fitting.fit import Progress
 from identify.fitting.resume import override, resumable, run_key
 from identify.fitting.selection.workbench import Story
+from identify.motion.changed import with_numbers
 from identify.motion.evaluate import evaluate_fit, provenance_of_motion
 from identify.motion.missing.bench import MissingBench
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
-from identify.motion.problem import MotionProblem, load_motion, with_numbers
+from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import MotionFit, with_missing
 from identify.results.motion import MotionResult

@@ -28,8 +28,8 @@ _FARTHEST, _WIDEST = 1.0, 10.0
 
 @dataclass(frozen=True)
 class Place:
-    """A kind at one of its places (a joint, a coordinate): the change (count, k) of all residuals with each of
-    its amplitudes; its number in the kind; how many unknowns it brings.
+    """A kind at one of its places (a joint, a coordinate): the change (count, k) of all residuals with each
+    of its amplitudes; its number in the kind; how many unknowns it brings.
     """
 
     kind: Kind | SpringKind
@@ -159,8 +159,8 @@ def _springs(model: FittedMotion) -> list[Place]:
 
 
 def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
-    """(count, n): the residuals of lanes (n + 1, ...) less those of the first, over the steps (n,); zero where
-    the motion ran away.
+    """(count, n): the residuals of lanes (n + 1, ...) less those of the first, over the steps (n,); zero
+    where the motion ran away.
     """
     objective = _objective(problem)
     rows = objective.smooth_rows(moved)

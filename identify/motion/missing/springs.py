@@ -16,7 +16,8 @@ from identify.core.text import listed
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.springs import START_HZ, JointSprings
-from identify.motion.problem import MotionProblem, with_effects
+from identify.motion.changed import with_effects
+from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
 _STEP, _RESOLVED = 2.5e-4, 0.25
@@ -73,6 +74,8 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
     if robot.links[0].mass > 0:
         groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
     told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
+    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
+        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
     step, found = min(problem.step_s, _STEP), []
     for name, group in groups.items():
         own = [coordinate for coordinate in group if coordinate not in released]
