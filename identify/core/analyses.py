@@ -128,7 +128,7 @@ ANALYSES = (
             "simulate": Run("identify.motion.run:run_simulation", options=("tables",)),
             "discover": Run(
                 "identify.motion.missing.run:run_motion_discover",
-                ("seed", "starts"),
+                ("starts",),
                 ("resume", "time_s"),
                 _STORY,
             ),

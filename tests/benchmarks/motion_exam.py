@@ -1,7 +1,7 @@
 """`identify discover` on studies of simulated motion: python -m tests.benchmarks.motion_exam --seed N.
 
-Arms of two links and of six axes by `tests.generator.hidden_motion`, a fourth of them with nothing hidden, the
-others with one of its kinds.  Bodies are a per cent or two off in all of them: finding that is no false name.
+Arms of two links and of six axes by `tests.generator.hidden_motion`, a fourth of them with nothing hidden,
+the others with one of its kinds.  Bodies are a per cent or two off in all of them: to find that is not false.
 Each case is scored as soon as it is done, so that a run that is stopped leaves a score of what it did.
 """
 

@@ -147,7 +147,8 @@ def _told(numbers: Any) -> str:
 def _body(name: str, mass: float, centre: Any, moments: Any) -> str:
     x, y, z = moments
     return (
-        f'<link name="{name}"><inertial><origin xyz="{_told(centre)}" rpy="0 0 0"/><mass value="{mass:.12g}"/>'
+        f'<link name="{name}"><inertial><origin xyz="{_told(centre)}" rpy="0 0 0"/>'
+        f'<mass value="{mass:.12g}"/>'
         f'<inertia ixx="{x:.12g}" iyy="{y:.12g}" izz="{z:.12g}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
     )
 
@@ -349,22 +350,32 @@ def _hide(
         case.rotor = np.where(one, rng.uniform(1.5, 2.5), 1.0) * case.rotor
     elif kind == "mass beyond the description":
         case.heavier = np.where(one, rng.uniform(0.25, 0.6), case.heavier)
-    elif kind == "gravity balancer":
+    else:
+        hidden = _hide_beside(case, kind, rng, carried, weight, one)
+    if kind.endswith("of the gear"):
+        _bend(case, kind, rng, torque, one)
+    case.truth = {"kind": kind, "joints": [int(k) + 1 for k in np.flatnonzero(hidden)] if kind else []}
+
+
+def _hide_beside(
+    case: Case, kind: str, rng: np.random.Generator, carried: Array, weight: Array, one: Array
+) -> Array:
+    """What stands beside gears and motors; the joints where it is."""
+    n = case.joints
+    if kind == "gravity balancer":
         joint = 0 if n == 2 else 1
-        hidden, angle = np.arange(n) == joint, rng.uniform(-np.pi, np.pi)
+        one, angle = np.arange(n) == joint, rng.uniform(-np.pi, np.pi)
         size = rng.uniform(0.2, 0.5) * max(weight[joint], 0.3 * weight.max())
-        case.balancer = size * np.outer([np.sin(angle), np.cos(angle)], hidden)
+        case.balancer = size * np.outer([np.sin(angle), np.cos(angle)], one)
     elif kind == "delay of the controller":
-        case.delay_s, hidden = rng.uniform(1e-3, 3e-3) * np.ones(n), np.ones(n, dtype=bool)
+        case.delay_s, one = rng.uniform(1e-3, 3e-3) * np.ones(n), np.ones(n, dtype=bool)
     elif kind == "compliance of the base":
-        hidden = np.zeros(n, dtype=bool)
+        one = np.zeros(n, dtype=bool)
         reach = carried[0] if n == 2 else carried[1]
         stiffness = rng.uniform(0.7, 1.3, 2) * (2 * np.pi * rng.uniform(9, 15)) ** 2 * (2.0 * reach)
         case.base = np.array([stiffness, 0.1 * np.sqrt(stiffness * 2.0 * reach)])
         case.tracker = bool(rng.random() < 0.7)
-    if kind.endswith("of the gear"):
-        _bend(case, kind, rng, torque, one)
-    case.truth = {"kind": kind, "joints": [int(k) + 1 for k in np.flatnonzero(hidden)] if kind else []}
+    return one
 
 
 def _bend(case: Case, kind: str, rng: np.random.Generator, torque: Array, one: Array) -> None:
