@@ -110,8 +110,8 @@ def explain(
 ) -> None:
     """Name the effects behind recorded motor torques and deflections.
 
-    Tracking errors too.  Effects are fitted on one record and judged on another.  `identify discover` of such a
-    study does the same.
+    Tracking errors too.  Effects are fitted on one record and judged on another.  `identify discover` does
+    the same with such a study.
     """
     _run("explain", config, options)
 

@@ -379,6 +379,11 @@ MOTION: dict[str, Any] = {
     "records.measured.signals": True,
     "servo": {"kind": "cascade", "position_gain": 5.0, "velocity_gain": 100.0},
     "motor": {"kind": "torque", "rotor_inertia": 2e-3},
+    "bodies.mass": 0.2,
+    "balancer.sine": 5.0,
+    "balancer.cosine": 5.0,
+    "motor.torque_gain": 0.8,
+    "servo.latency": 2e-3,
 }
 MOTION_NOT_VARIED = {
     "name": _NAMES,
@@ -393,6 +398,8 @@ MOTION_NOT_VARIED = {
     "records.use": "which records are fitted: needs a recording",
     "gear": "cubic stiffness, backlash and ripples need an elastic joint: tests/motion/test_gear.py",
     "friction": "tests/motion/test_friction_smoothing.py",
+    "bodies": "two keys above, each a number as others are",
+    "balancer": "two keys above, each a number as others are",
     "noise": "weights of a fit: needs a recording",
     "candidates": "tried after a fit: tests/motion/test_explain.py",
     "optimizer": "of a fit, by the plan that VIBRATION varies",
