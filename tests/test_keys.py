@@ -395,6 +395,7 @@ MOTION_NOT_VARIED = {
     "records.excitation": "two keys above; the signal: tests/motion/test_explain.py",
     "records.measured": "where a signal stands: tests/measured; a command: below",
     "records.phases_s": "which samples are judged apart, in the result alone",
+    "records.recorded_motion_hz": "needs a recording: tests/motion/test_fed.py",
     "records.use": "which records are fitted: needs a recording",
     "gear": "cubic stiffness, backlash and ripples need an elastic joint: tests/motion/test_gear.py",
     "friction": "tests/motion/test_friction_smoothing.py",

@@ -18,10 +18,19 @@ from identify.measured.records import check_different
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
+from identify.motion.fed import FedMotion, fed
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, number_table
 from identify.motion.recording import PreparedRecord, check_record, read_recording
-from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, extrapolated, simulate
+from identify.motion.simulate import (
+    Orders,
+    Plant,
+    SimulatedMotion,
+    Timing,
+    extrapolated,
+    side_by_side,
+    simulate,
+)
 from identify.motion.state_feedback import TwoInertias
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
@@ -115,6 +124,22 @@ class MotionProblem:
         return replace(self, step_s=self.step_s / 2)
 
     def _stepped(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
+        """Records that are driven by their controllers side by side, and those that were fed in."""
+        driven = [number for number, record in enumerate(records) if record.fed is None]
+        if len(driven) == len(records):
+            return self._driven(values, records)
+        parts = {
+            n: self._fed(values, record.fed) for n, record in enumerate(records) if record.fed is not None
+        }
+        if driven:
+            together = self._driven(values, [records[number] for number in driven])
+            parts |= {n: together.lanes(slice(at, None, len(driven))) for at, n in enumerate(driven)}
+        return side_by_side([parts[number] for number in range(len(records))])
+
+    def _fed(self, values: Array, motion: FedMotion) -> SimulatedMotion:
+        return fed(self.plant(values, self.table.arrays(values)), motion)
+
+    def _driven(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
@@ -264,6 +289,7 @@ def _loaded(file: MotionFile) -> MotionProblem:
     arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
     table = number_table(sections_of(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
+    _check_fed(file, arm)
     rigid = MovingArm(robot)
     records = tuple(read_recording(file, rigid, record) for record in study.records)
     check_different([(one.settings.name, one.measured.signals) for one in records if one.measured])
@@ -282,6 +308,14 @@ def sections_of(file: MotionFile) -> dict[str, BaseModel]:
         "balancer": study.balancer,
         "servo": study.servo,
     }
+
+
+def _check_fed(file: MotionFile, arm: MovingArm) -> None:
+    """Raise an InputError where motion is fed into an arm that is not rigid."""
+    led = [record.name for record in file.study.records if record.recorded_motion_hz is not None]
+    if led and len(arm.elastic):
+        found = f"recorded_motion_hz, and {arm.names[arm.elastic[0]]} is elastic"
+        raise InputError(f"record {led[0]}", found, "a rigid arm, whose drives say where all of it is")
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:

@@ -7,6 +7,7 @@ All lanes (a lane is one candidate's numbers on one record) move side by side, a
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -148,6 +149,10 @@ class SimulatedMotion:
     torque: Array
     command: Array
 
+    def lanes(self, pick: slice) -> SimulatedMotion:
+        """Some of the lanes."""
+        return SimulatedMotion(*(getattr(self, one.name)[pick] for one in fields(self)))
+
 
 def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> SimulatedMotion:
     """From standstill at the first commanded position, in equilibrium with gravity, through all ticks."""
@@ -207,6 +212,20 @@ class Latency:
         rows = np.stack([last, last - 1])
         new, old = np.take_along_axis(past, rows, axis=0)
         return np.asarray((1 - self.part) * new + self.part * old)
+
+
+def side_by_side(motions: Sequence[SimulatedMotion]) -> SimulatedMotion:
+    """Motions of as many lanes each, (m, ticks, n), as one whose lanes run through them first (m * motions,
+    ...); shorter ones stand still at their end.
+    """
+    ticks = max(motion.coordinates.shape[1] for motion in motions)
+
+    def together(name: str) -> Array:
+        rows = [getattr(motion, name) for motion in motions]
+        longer = [np.pad(row, ((0, 0), (0, ticks - row.shape[1]), (0, 0)), "edge") for row in rows]
+        return np.stack(longer, axis=1).reshape(-1, *longer[0].shape[1:])
+
+    return SimulatedMotion(*(together(one.name) for one in fields(SimulatedMotion)))
 
 
 def extrapolated(coarse: SimulatedMotion, fine: SimulatedMotion) -> SimulatedMotion:

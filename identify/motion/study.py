@@ -91,6 +91,12 @@ class RecordSettings(Settings):
         None, description="what is added to the torque that the controller gives, for FRFs"
     )
     duration_s: float = Field(gt=0, description="how long it is simulated")
+    recorded_motion_hz: float | None = Field(
+        None,
+        gt=0,
+        description="the recorded motor_position itself moves the drives, with speeds and accelerations up to"
+        " this frequency, and torques and currents are what that takes; default: the controller moves them",
+    )
     measured: MeasuredMotion | None = Field(None, description="what was recorded, to compare with and to fit")
     phases_s: dict[str, tuple[float, float]] = Field(
         {}, description="parts of the record, such as slow: [0, 6], with errors of their own"

@@ -200,7 +200,7 @@ def simulated(
     if record.measured is None:
         return {}
     ticks = problem.file.study.servo.period_s * np.arange(motion.coordinates.shape[1], dtype=float)
-    own, time = _lanes(motion, slice(number, None, records)), record.measured.time_s
+    own, time = motion.lanes(slice(number, None, records)), record.measured.time_s
     signals = all_signals(problem, own)
     found = {q: _at(signals[q], ticks, time) for q in record.recorded if q in signals}
     tool = problem.file.study.tool
@@ -218,16 +218,6 @@ def beside(quantity: str, seen: Array, measured: Array) -> Array:
     if quantity != TOOL:
         return difference
     return np.asarray(difference - np.nanmean(difference, axis=-2, keepdims=True))
-
-
-def _lanes(motion: SimulatedMotion, pick: slice) -> SimulatedMotion:
-    return SimulatedMotion(
-        motion.coordinates[pick],
-        motion.velocities[pick],
-        motion.current[pick],
-        motion.torque[pick],
-        motion.command[pick],
-    )
 
 
 def _at(values: Array, ticks: Array, time: Array) -> Array:
