@@ -76,11 +76,15 @@ def coarse(problem: MotionProblem) -> MotionProblem:
 
 
 def merged(numbers: Sequence[Mapping[str, JointNumber]]) -> dict[str, JointNumber]:
-    """Numbers set free by several effects, one of them perhaps in some joints and another in others."""
+    """Numbers set free by several effects, one of them perhaps in some joints and another in others, between
+    bounds that are wide enough for all.
+    """
     found: dict[str, JointNumber] = {}
     for where, number in (item for one in numbers for item in one.items()):
-        before, joints = found.get(where), number.joints
+        before, joints, bounds = found.get(where), number.joints, number.bounds
         if before is not None and before.joints is not None and joints is not None:
             joints = sorted({*before.joints, *joints})
-        found[where] = number.model_copy(update={"joints": joints})
+        if before is not None and before.bounds is not None and bounds is not None:
+            bounds = min(before.bounds[0], bounds[0]), max(before.bounds[1], bounds[1])
+        found[where] = number.model_copy(update={"joints": joints, "bounds": bounds})
     return found

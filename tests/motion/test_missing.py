@@ -14,17 +14,19 @@ from identify.core.errors import InputError
 from identify.core.yaml_input import parse_yaml
 from identify.fitting.fit import Fit
 from identify.fitting.selection.workbench import Story
-from identify.motion.changed import with_effects
+from identify.motion.changed import with_effects, with_numbers
 from identify.motion.judging import FittedMotion, judge
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.run import run_motion_discover
 from identify.motion.missing.screen import promises
+from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.run import run_motion_fit
 from identify.motion.study import read_motion_study
 from tests.generator import hidden_motion
 from tests.generator.hidden_motion import Case, Link
+from tests.motion import arms
 
 NONE = np.zeros(1)
 
@@ -133,7 +135,7 @@ def test_without_anything_recorded_there_is_nothing_to_discover(tmp_path: Path) 
     for record in data["records"]:
         record.pop("measured")
     (tmp_path / "motion.yaml").write_text(json.dumps(data))
-    with pytest.raises(InputError, match="nothing was recorded that a simulation can be compared with"):
+    with pytest.raises(InputError, match=r"nothing was recorded in a record of `use: fit`"):
         run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
 
 
@@ -146,3 +148,16 @@ def test_a_tracker_counts_from_a_place_of_its_own(tmp_path: Path) -> None:
     gaps = [judge(p, p.initial) for p in (problem, replace(problem, records=tuple(moved)))]
     assert gaps[0] == pytest.approx(gaps[1], rel=1e-6)
     assert gaps[0] < 1.2
+
+
+def test_an_effect_that_comes_in_two_joints_one_after_the_other(tmp_path: Path) -> None:
+    """Bounds are those of both, and joints too."""
+    problem = arms.study(tmp_path, arms.three_links())
+    first = {"friction.coulomb": JointNumber(initial=[0.0, 90.0, 0.0], bounds=(0.0, 100.0), joints=[2])}
+    second = {"friction.coulomb": JointNumber(initial=[0.5, 90.0, 0.0], bounds=(0.1, 3.0), joints=[1])}
+    both = with_numbers(with_numbers(problem, first, {}), second, {})
+    assert [(p.name, p.initial) for p in both.parameters] == [
+        ("joint1.friction.coulomb", 0.5),
+        ("joint2.friction.coulomb", 90.0),
+    ]
+    assert {(p.lower, p.upper) for p in both.parameters} == {(0.0, 100.0)}

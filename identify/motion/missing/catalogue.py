@@ -148,9 +148,17 @@ def _stated(present: dict[str, Array], load: Loads) -> list[Kind]:
         known &= np.isfinite(load.speed) if section == "friction" else True
         if where in _NEVER or section in _SIGNED or section.startswith("gear.") or not acts(where, there):
             continue
-        name = f"{'motor ' if section == 'motor' else ''}{key.replace('_', ' ')}"
-        found.append(Kind(name, (where,), row[None], np.where(known, 1.0, np.nan), relative=True))
+        size = np.where(known, 1.0, np.nan)
+        found.append(Kind(_named(section, key), (where,), row[None], size, relative=True))
     return found
+
+
+def _named(section: str, key: str) -> str:
+    """A number as an engineer would say it: `motor rotor inertia`, `Coulomb friction`."""
+    words = key.removesuffix("_hz").replace("_", " ").replace("feedforward", "feed-forward")
+    words = words.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    law = " friction" if key in ("coulomb", "viscous", "stribeck") else ""
+    return f"{'motor ' if section == 'motor' else ''}{words}{law}"
 
 
 def acts(where: str, there: Collection[str]) -> bool:

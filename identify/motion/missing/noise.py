@@ -17,6 +17,12 @@ def with_noise(problem: MotionProblem) -> tuple[MotionProblem, tuple[str, ...]]:
 
     InputError where nothing is left to compare.
     """
+    if not any(record.recorded for record in problem.records if record.settings.use == "fit"):
+        raise InputError(
+            "records",
+            "nothing was recorded in a record of `use: fit` that a simulation can be compared with",
+            "a record with `measured` that is fitted",
+        )
     noise, notes = dict(problem.file.study.noise), list[str]()
     recorded = [q for q in WEIGHTS if any(q in record.recorded for record in problem.records)]
     for quantity in recorded:
@@ -26,14 +32,10 @@ def with_noise(problem: MotionProblem) -> tuple[MotionProblem, tuple[str, ...]]:
         if np.isfinite(found).all():
             noise[quantity] = [float(f"{level:.3g}") for level in found]
         else:
-            notes.append(
-                f"noise of {quantity} cannot be told from its motion: it was not compared; give `noise`"
-            )
+            notes.append(f"noise of {quantity} cannot be told from its motion: it was not compared")
     if not noise:
         raise InputError(
-            "records",
-            "nothing was recorded that a simulation can be compared with",
-            "records with `measured`, and `noise` where they have none of their own",
+            "noise", "; ".join(notes), "the standard deviation of measured signals", "give `noise`"
         )
     return problem.with_study(noise=noise), tuple(notes)
 
