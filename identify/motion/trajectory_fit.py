@@ -4,6 +4,7 @@ adds effects (`identify.fitting.selection`), judged by records that were not fit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from identify.core.errors import InputError
@@ -61,31 +62,37 @@ def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
 def with_missing(bench: MotionWorkbench, story: Story) -> MotionFit:
     """The model of a workbench with the effects that it lacks, and all that was tried."""
     found = select(bench, story)
+    final, leaner = bench.ended(found.final)
     first, kept = found.first, found.options
     trials = [EffectTrial("the model as it is", 0, first.fit.cost, first.gap, True)]
     for number, step in enumerate(story.steps, start=1):
-        trials += _trials(bench.problem, number, step, kept)
+        trials += _trials(bench.problem, number, step, kept, leaner)
     stayed = [step for step in story.steps if any(step.best is option for option in kept)]
     rivals = [
-        (step.best.effect.name, rival.effect.name) for step in stayed if step.best for rival in step.rivals
+        (leaner.get(step.best.effect.name, step.best.effect.name), rival.effect.name)
+        for step in stayed
+        if step.best
+        for rival in step.rivals
     ]
-    return MotionFit(found.final.problem, found.final.fit, tuple(trials), tuple(rivals), first)
+    return MotionFit(final.problem, final.fit, tuple(trials), tuple(rivals), first)
 
 
 def _trials(
-    problem: MotionProblem, number: int, step: TrialStep, kept: tuple[TrialOption, ...]
+    problem: MotionProblem,
+    number: int,
+    step: TrialStep,
+    kept: tuple[TrialOption, ...],
+    leaner: Mapping[str, str],
 ) -> list[EffectTrial]:
-    """What a round refitted, in the order of the study, or as promising."""
+    """What a round refitted, in the order of the study, or as promising; leaner: what is left of those that
+    stayed, by name.
+    """
     order = problem.file.study.candidates or [option.effect for option in step.options]
-    return [
-        EffectTrial(
-            option.effect.name,
-            number,
-            option.model.fit.cost,
-            option.model.gap,
-            any(option is one for one in kept),
-            option.gain.log_odds,
-        )
-        for option in sorted(step.options, key=lambda option: order.index(option.effect))
-        if option.gain.refitted
-    ]
+    found = []
+    for option in sorted(step.options, key=lambda option: order.index(option.effect)):
+        if option.gain.refitted:
+            stayed, name = any(option is one for one in kept), option.effect.name
+            name = leaner.get(name, name) if stayed else name
+            gaps = option.model.fit.cost, option.model.gap
+            found.append(EffectTrial(name, number, *gaps, stayed, option.gain.log_odds))
+    return found

@@ -102,6 +102,10 @@ class MotionWorkbench:
         """The model itself, which was fitted."""
         return model
 
+    def ended(self, model: FittedMotion) -> tuple[FittedMotion, dict[str, str]]:
+        """The last model, and what is left of its effects, by their names: as they are."""
+        return model, {}
+
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them."""
         return [self._with(model, others(model, effect)) for effect in effects]

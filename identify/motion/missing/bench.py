@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.fitting.fit import Fit, Progress, Start, fit
 from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
@@ -17,8 +17,10 @@ from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion
-from identify.motion.missing.catalogue import acts
-from identify.motion.missing.screen import Promise, promises
+from identify.motion.missing.catalogue import Kind, acts
+from identify.motion.missing.lean import needed
+from identify.motion.missing.screen import Promise, effect_of, promises
+from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_records, motion_plan
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
@@ -44,6 +46,7 @@ class MissingBench(MotionWorkbench):
         self._fine = problem
         self._promised: dict[int, list[Promise]] = {}
         self._starts: dict[str, float] = {}
+        self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
 
     @property
     def policy(self) -> Policy:
@@ -89,14 +92,38 @@ class MissingBench(MotionWorkbench):
         return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
-        """Each fitted beside the model's effects, from where it promises to be."""
+        """Each fitted beside the model's effects, from where it promises to be, and once more without places
+        of which nothing is left.
+        """
         found = []
         for trial in promising:
             [promise] = [p for p in self._promised[id(model)] if p.effect == trial.effect]
             self._starts |= promise.starts
+            self._known[promise.effect.name] = promise.kind, promise.places
             after = self._with(model, (*model.added, trial.effect))
-            found.append([Attempt(trial.effect, after, after.free - model.free)])
+            leaner = self._leaner(after, trial.effect)
+            if leaner != trial.effect:
+                after = self._with(after, (*model.added, leaner))
+            found.append([Attempt(leaner, after, after.free - model.free)])
         return found
+
+    def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
+        """An effect of a model at those of its places where the fit needs it."""
+        kind, places = self._known[effect.name]
+        kept = needed(model, kind, places) if len(places) > 1 else []
+        if not 0 < len(kept) < len(places):
+            return effect
+        leaner = effect_of(kind, kept)
+        self._known[leaner.name] = kind, tuple(kept)
+        return leaner
+
+    def ended(self, model: FittedMotion) -> tuple[FittedMotion, dict[str, str]]:
+        """The last model without places that others made needless, unless the judges miss them."""
+        left = {effect.name: self._leaner(model, effect) for effect in model.added}
+        leaner = self._with(model, tuple(left.values()))
+        if leaner.gap > model.gap * (1 + MATERIAL):
+            return model, {}
+        return leaner, {name: effect.name for name, effect in left.items()}
 
     def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
         """Those of new parameters as they promised, all others as they are."""

@@ -40,10 +40,12 @@ class Place:
 
 @dataclass(frozen=True)
 class Promise:
-    """An effect with what it would gain to first order, natural logarithm of the odds, and where its
-    parameters start, by name.
+    """An effect, a kind at some of its places, with what it would gain to first order, natural logarithm of
+    the odds, and where its parameters start, by name.
     """
 
+    kind: Kind | SpringKind
+    places: tuple[int, ...]
     effect: MotionCandidate
     log_odds: float
     starts: Mapping[str, float]
@@ -194,8 +196,12 @@ def _best(places: Sequence[Place], sight: _Sight) -> Promise | None:
     for k, end in zip(picked, ends, strict=True):
         starts |= _starts(places[k], amplitudes[end - places[k].columns.shape[1] : end])
     kind, numbers = places[0].kind, [places[picked[n]].number for n in order]
-    effect = kind.candidate([n + 1 for n in numbers] if isinstance(kind, Kind) else numbers)
-    return Promise(effect, best, starts)
+    return Promise(kind, tuple(numbers), effect_of(kind, numbers), best, starts)
+
+
+def effect_of(kind: Kind | SpringKind, places: Sequence[int]) -> MotionCandidate:
+    """A kind at some of its places, as a study names it."""
+    return kind.candidate([n + 1 for n in places] if isinstance(kind, Kind) else places)
 
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float] | None:
