@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from identify.core.errors import InputError
+from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import parse_yaml
-from identify.fitting.fit import Fit
+from identify.fitting.fit import Fit, Progress
 from identify.fitting.selection.workbench import Story
 from identify.motion.changed import with_effects, with_numbers
 from identify.motion.judging import FittedMotion, judge
+from identify.motion.missing import screen
+from identify.motion.missing.bench import MissingBench
+from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.lean import needed
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.run import run_motion_discover
@@ -23,7 +27,7 @@ from identify.motion.missing.screen import promises
 from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.run import run_motion_fit
-from identify.motion.study import read_motion_study
+from identify.motion.study import MotionCandidate, read_motion_study
 from tests.generator import hidden_motion
 from tests.generator.hidden_motion import Case, Link
 from tests.motion import arms
@@ -62,7 +66,8 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def moves(rng: np.random.Generator, joints: int) -> list[dict[str, Any]]:
         sign = float(rng.choice([-1.0, 1.0]))
-        return [{**one, "by_deg": sign * one["by_deg"], "smoothing_s": 0.06} for one in moved]
+        own = [{**one, "by_deg": sign * one["by_deg"], "smoothing_s": 0.06} for one in moved]
+        return [{**one, "joint": joint} for one in own for joint in range(1, joints + 1)]
 
     monkeypatch.setattr(hidden_motion, "moves", moves)
 
@@ -76,6 +81,7 @@ def as_it_is(problem: MotionProblem) -> FittedMotion:
     return FittedMotion(problem, Fit(problem.initial, 1.0, (), np.zeros((0, 5)), 0.0))
 
 
+@pytest.mark.usefixtures("no_springs")
 def test_the_catalogue_promises_what_is_missing_most(tmp_path: Path) -> None:
     problem = problem_of(one_joint(delay_s=np.array([2e-3])), tmp_path)
     found = promises(as_it_is(problem))
@@ -83,6 +89,13 @@ def test_the_catalogue_promises_what_is_missing_most(tmp_path: Path) -> None:
     assert found[0].starts["joint1.servo.latency"] == pytest.approx(2e-3, rel=0.3)
 
 
+@pytest.fixture
+def no_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Springs are not looked at, which takes most of the time."""
+    monkeypatch.setattr(screen, "_springs", lambda model: [])
+
+
+@pytest.mark.usefixtures("no_springs")
 def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
@@ -90,6 +103,7 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     assert written == [tmp_path / "found.h5"]
 
 
+@pytest.mark.usefixtures("no_springs")
 def test_a_balancer_is_found_and_the_better_study_fits(tmp_path: Path) -> None:
     hidden_motion.write(one_joint(balancer=np.array([[12.0], [-9.0]])), tmp_path, np.random.default_rng(3))
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
@@ -161,3 +175,54 @@ def test_an_effect_that_comes_in_two_joints_one_after_the_other(tmp_path: Path) 
         ("joint2.friction.coulomb", 90.0),
     ]
     assert {(p.lower, p.upper) for p in both.parameters} == {(0.0, 100.0)}
+
+
+def test_a_joint_whose_amplitude_is_nothing_is_not_needed(tmp_path: Path) -> None:
+    rng = np.random.default_rng(11)
+    case = hidden_motion.drawn(rng, "", False)
+    case.told = {"viscous": np.array([case.viscous[0], 0.0])}
+    hidden_motion.write(case, tmp_path, rng)
+    begun = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
+    present, size = np.array([[case.viscous[0], 0.0]]), np.array([1.0, 1.0])
+    kind = Kind("viscous friction", ("friction.viscous",), present, size)
+    problem = with_numbers(begun, kind.candidate([1, 2]).numbers, {})
+    values = case.viscous.copy()  # the first as the study has it
+    model = FittedMotion(problem, Fit(values, 1.2, (), np.zeros((0, 5)), 0.0))
+    assert needed(model, kind, (0, 1)) == [1]
+
+
+def test_a_candidate_of_a_fit_brings_springs(tmp_path: Path) -> None:
+    told = {"rigid": True}
+    case = one_joint(stiffness=np.array([4e3]), damping=np.array([8.0]), told=told, link_encoders=True)
+    hidden_motion.write(case, tmp_path, np.random.default_rng(7))
+    data = json.loads((tmp_path / "motion.yaml").read_text())
+    data["noise"] = {"motor_position": 1e-5, "link_position": 1e-5, "motor_torque": 0.5}
+    springs = {"stiffness": {"initial": 6e3, "bounds": [1e2, 1e4]}, "damping": {"initial": 8, "fixed": True}}
+    effect = {"kind": "joint-compliance", "axes": ["rz"], **springs}
+    data["friction"]["viscous"] = {"initial": 2.5, "bounds": [0.1, 30.0]}
+    data["candidates"] = [{"name": "a gear that bends", "effects": [effect]}]
+    (tmp_path / "listed.yaml").write_text(json.dumps(data))
+    result, _ = run_motion_fit(tmp_path / "listed.yaml", tmp_path / "found.h5", {})
+    assert result.trials is not None and list(result.trials.kept) == [1.0, 1.0]
+    assert result.records["one"].comparisons["link_position"].initial is not None
+    assert result.parameters is not None
+    values = dict(zip(result.parameters.name, result.parameters.value, strict=True))
+    assert values["joint1.rz.stiffness"] == pytest.approx(4e3, rel=0.02)
+    assert result.gap < 0.2 * result.trials.gap[0]
+
+
+def test_a_candidate_that_brings_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputErrors, match="has neither numbers nor effects"):
+        arms.study(tmp_path, arms.three_links(), candidates=[{"name": "nothing"}])
+
+
+def test_how_a_joint_creeps_goes_with_its_friction(tmp_path: Path) -> None:
+    problem = arms.study(tmp_path, arms.three_links())
+    bench = MissingBench(problem, Progress())
+    dry = MotionCandidate(name="dry", numbers={"friction.coulomb": JointNumber(initial=1.0, bounds=(0, 9))})
+    own = {"friction.creep_velocity": JointNumber(initial=1e-4, bounds=(1e-5, 1e-3))}
+    creeps = MotionCandidate(name="creeps", numbers=own)
+    assert bench._standing((dry, creeps)) == (dry, creeps)
+    assert bench._standing((creeps,)) == ()
+    rubs = arms.study(tmp_path / "rubs", arms.three_links(), friction={"coulomb": 2.0})
+    assert MissingBench(rubs, Progress())._standing((creeps,)) == (creeps,)
