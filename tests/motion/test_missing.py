@@ -28,6 +28,7 @@ from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.run import run_motion_fit
 from identify.motion.study import MotionCandidate, read_motion_study
+from identify.motion.trajectory_fit import with_missing
 from tests.generator import hidden_motion
 from tests.generator.hidden_motion import Case, Link
 from tests.motion import arms
@@ -226,3 +227,16 @@ def test_how_a_joint_creeps_goes_with_its_friction(tmp_path: Path) -> None:
     assert bench._standing((creeps,)) == ()
     rubs = arms.study(tmp_path / "rubs", arms.three_links(), friction={"coulomb": 2.0})
     assert MissingBench(rubs, Progress())._standing((creeps,)) == (creeps,)
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With steps as long as a slow controller's period, a velocity gain would make up for them."""
+    monkeypatch.setattr(hidden_motion, "PERIOD_S", 2e-3)
+    monkeypatch.setattr(hidden_motion, "PARTS", 6)
+    monkeypatch.setattr(hidden_motion, "EVERY", 2)
+    bench = MissingBench(problem_of(one_joint(), tmp_path), Progress())
+    assert bench.problem.step_s == pytest.approx(2e-3)
+    found = with_missing(bench, Story())
+    assert [trial.name for trial in found.trials if trial.kept] == ["the model as it is"]
+    assert found.problem.step_s < 2e-3

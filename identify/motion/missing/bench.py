@@ -32,6 +32,10 @@ _TRIED, _PART = 3, 0.1
 """Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
 is promised is to first order, and far from the truth.
 """
+_STEP_SHARE, _PARTS = 0.1, 4
+"""Error of the step, over the gap, from which models are compared in half the step, so that what makes up for
+it cannot take a hundredth off the gap; into how many parts a step is divided at most.
+"""
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
 _REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
@@ -43,8 +47,8 @@ class MissingBench(MotionWorkbench):
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         super().__init__(coarse(problem), progress)
-        self._fine = problem
-        self._promised: dict[int, list[Promise]] = {}
+        self._fine, self._longest, self._shortest = problem, np.inf, self.problem.step_s / _PARTS
+        self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
         self._starts: dict[str, float] = {}
         self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
 
@@ -60,26 +64,24 @@ class MissingBench(MotionWorkbench):
 
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted where anything is free."""
-        if any(parameter.free for parameter in self.problem.parameters):
-            return super().begin()
-        values = self.problem.initial
-        objective = TrajectoryObjective(
-            self.problem, fitted_records(self.problem), self.problem.file.study.noise
-        )
-        cost = float(objective.costs(values[None])[0])
-        start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
-        first = FittedMotion(self.problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
-        return self._fitted.setdefault(frozenset(), first)
+        free = any(parameter.free for parameter in self.problem.parameters)
+        return self.settled(super().begin() if free else _unfitted(self.problem))
+
+    def settled(self, model: FittedMotion) -> FittedMotion:
+        """The model in steps whose error is small beside its gap."""
+        while model.problem.step_s > self._shortest and _step_share(model) > _STEP_SHARE:
+            self._longest = model.problem.step_s / 2
+            self.problem = replace(self.problem, step_s=min(self.problem.step_s, self._longest))
+            self._fitted.clear()
+            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self.problem)
+        return model
 
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
         """Those that promise something to first order, the most promising first."""
         if id(model) not in self._promised:
-            self._promised[id(model)] = promises(model)
-        return [
-            p.effect
-            for p in self._promised[id(model)]
-            if not any(p.effect.instead_of(o) for o in model.added)
-        ]
+            self._promised[id(model)] = model, promises(model)
+        found = [promise.effect for promise in self._promised[id(model)][1]]
+        return [one for one in found if not any(one.instead_of(other) for other in model.added)]
 
     def screen(self, model: FittedMotion, effects: Sequence[MotionCandidate], story: Story) -> list[Trial]:
         """As they promise."""
@@ -87,7 +89,7 @@ class MissingBench(MotionWorkbench):
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
         """The first few."""
-        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)]}
+        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)][1]}
         most = max(odds.values(), default=0.0)
         return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
 
@@ -97,7 +99,7 @@ class MissingBench(MotionWorkbench):
         """
         found = []
         for trial in promising:
-            [promise] = [p for p in self._promised[id(model)] if p.effect == trial.effect]
+            [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
             after = self._with(model, (*model.added, trial.effect))
@@ -140,7 +142,8 @@ class MissingBench(MotionWorkbench):
         return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
-        return coarse(super()._problem(effects, model))
+        found = coarse(super()._problem(effects, model))
+        return replace(found, step_s=min(found.step_s, self._longest))
 
     def finished(self, found: MotionFit) -> MotionFit:
         """The model that was found, fitted in the steps of the study."""
@@ -151,3 +154,21 @@ class MissingBench(MotionWorkbench):
         names = [parameter.name for parameter in problem.parameters]
         begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
         return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))
+
+
+def _unfitted(problem: MotionProblem) -> FittedMotion:
+    """A problem of which nothing is to be fitted, at its start values."""
+    values, noise = problem.initial, problem.file.study.noise
+    cost = float(TrajectoryObjective(problem, fitted_records(problem), noise).costs(values[None])[0])
+    start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
+    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
+
+
+def _step_share(model: FittedMotion) -> float:
+    """RMS of what half the step changes, times two (Richardson), over the gap."""
+    problem, noise = model.problem, model.problem.file.study.noise
+    rows = [
+        TrajectoryObjective(one, fitted_records(problem), noise).smooth(model.fit.values)
+        for one in (problem, problem.halved)
+    ]
+    return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))
