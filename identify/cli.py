@@ -96,7 +96,8 @@ def discover(config: Config, options: DiscoverOptions) -> None:
     Every effect that the data support is added, the gap (residual over noise; 1 is perfect) is shown to
     shrink, and the new config is written.
 
-    Of recorded motion (schema identify-explain/1), the same as `identify explain`.
+    Of a study of motion (schema identify-motion/1), from a catalogue: friction, gears, springs, bodies,
+    controllers.  Of recorded motion (schema identify-explain/1), the same as `identify explain`.
     """
     _run("discover", config, options)
 
@@ -109,7 +110,8 @@ def explain(
 ) -> None:
     """Name the effects behind recorded motor torques and deflections.
 
-    Tracking errors too.  Effects are fitted on one record and judged on another.
+    Tracking errors too.  Effects are fitted on one record and judged on another.  `identify discover` does
+    the same with such a study.
     """
     _run("explain", config, options)
 

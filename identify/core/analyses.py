@@ -126,6 +126,12 @@ ANALYSES = (
         runs={
             "fit": Run("identify.motion.run:run_motion_fit", ("seed", "starts"), ("resume",), _BAR),
             "simulate": Run("identify.motion.run:run_simulation", options=("tables",)),
+            "discover": Run(
+                "identify.motion.missing.run:run_motion_discover",
+                ("starts",),
+                ("resume", "time_s"),
+                _STORY,
+            ),
         },
     ),
     Analysis(

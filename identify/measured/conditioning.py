@@ -95,11 +95,11 @@ def condition(
         )
     position = record.signal("motor_position") if resample_hz is None else signals["motor_position"]
     said.append(_origin("motor_velocity" in signals, lowpass_hz))
-    velocity, acceleration = _moved(position, signals.get("motor_velocity"), lowpass_hz, rate)
+    velocity, acceleration = moved(position, signals.get("motor_velocity"), lowpass_hz, rate)
     link = signals.get("link_position")
     of_link: tuple[Array | None, Array | None] = (None, None)
     if link is not None:
-        of_link = _moved(link, signals.get("link_velocity"), lowpass_hz, rate)
+        of_link = moved(link, signals.get("link_velocity"), lowpass_hz, rate)
     reach = int(np.ceil(rate / lowpass_hz))
     said.append(f"{reach / rate:.3g} s at either end left out, where the filter has no past or future")
     return ConditionedMotion(
@@ -121,7 +121,7 @@ def condition(
     )
 
 
-def _moved(position: Array, measured: Array | None, lowpass_hz: float, rate: float) -> tuple[Array, Array]:
+def moved(position: Array, measured: Array | None, lowpass_hz: float, rate: float) -> tuple[Array, Array]:
     """Speeds and accelerations (samples, joints) up to the low-pass, of recorded speeds if there are any;
     joints without a signal stay NaN.
     """

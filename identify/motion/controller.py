@@ -17,6 +17,7 @@ from pydantic import BaseModel, Field
 from identify.core.arrays import Array
 from identify.core.config import Settings
 from identify.core.registry import Registry, parse_kind
+from identify.motion.numbers import Number, quantity
 
 CONTROLLERS = Registry(
     "controller",
@@ -102,6 +103,7 @@ class Controller(BaseModel, ABC):
     kind: str = Field(description="which controller")
     period_s: float = Field(1e-3, gt=0, description="time between ticks, a whole number of steps")
     delay_s: float = Field(0.0, ge=0, description="from measuring to the motor, a whole number of steps")
+    latency: Number = quantity("s", "further time from measuring to the motor, of any length", 0.0)
 
     @property
     @abstractmethod

@@ -15,13 +15,14 @@ from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.measured.quality_robot import robot_notes
 from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import PreparedRecord
+from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 from identify.motion.step_error import step_error
-from identify.motion.tool import recorded_paths, tool_paths
+from identify.motion.tool import COMMAND, recorded_paths, tool_paths
 from identify.motion.trajectory import (
     TrajectoryObjective,
     all_signals,
+    beside,
     phase_rms,
     simulated,
     trajectory_trust,
@@ -34,6 +35,8 @@ from identify.results.tables import Provenance
 
 UNITS = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
 WHOLE = "whole"
+Begun = tuple[MotionProblem, SimulatedMotion]
+"""A start model and its motion."""
 
 
 def evaluate_simulation(problem: MotionProblem) -> results.MotionResult:
@@ -51,8 +54,10 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     began = time.perf_counter()
     motion = problem.run(found.fit.values[None], problem.records)
     seconds = time.perf_counter() - began
-    first = started.run(started.initial[None], started.records)
+    first = started, started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
+    if not len(scale.free):
+        return _result(problem, _records(problem, motion, first), seconds, found, None)
     fitted = [record for record in problem.records if record.settings.use == "fit"]
     objective = TrajectoryObjective(problem, fitted, problem.file.study.noise)
     seen = objective.residuals(found.fit.values, scale.free)
@@ -66,7 +71,7 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
 
 def unit(quantity: str) -> str:
     """SI unit of a quantity such as motor_position."""
-    return UNITS[quantity.rsplit("_", 1)[1]]
+    return "m" if quantity == TOOL else UNITS[quantity.rsplit("_", 1)[1]]
 
 
 def provenance_of_motion(problem: MotionProblem) -> Provenance:
@@ -136,7 +141,7 @@ def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
 
 
 def _records(
-    problem: MotionProblem, motion: SimulatedMotion, first: SimulatedMotion | None
+    problem: MotionProblem, motion: SimulatedMotion, first: Begun | None
 ) -> dict[str, results.RecordResult]:
     rows = enumerate(problem.records)
     return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
@@ -147,13 +152,15 @@ def _record(
     record: PreparedRecord,
     number: int,
     motion: SimulatedMotion,
-    first: SimulatedMotion | None,
+    first: Begun | None,
 ) -> results.RecordResult:
     ticks, settings = len(record.command.position), record.settings
+    begun = None if first is None else (first[0], first[1].coordinates[number, :ticks])
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
     comparisons = _comparisons(problem, record, number, motion, first)
-    gaps = [c.rms[0] ** 2 / c.noise**2 for c in comparisons.values() if np.isfinite(c.noise)]
+    noise = problem.file.study.noise
+    gaps = [c.rms[0] ** 2 / np.square(noise[q]) for q, c in comparisons.items() if q in noise]
     return results.RecordResult(
         name=settings.name,
         use=settings.use if record.measured else "",
@@ -169,19 +176,27 @@ def _record(
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
-        gap=float(np.sqrt(np.nanmean(gaps))) if np.isfinite(gaps).any() else float("nan"),
-        **_tool(problem, record, motion.coordinates[number, :ticks]),
+        gap=float(np.sqrt(np.nanmean(np.concatenate(gaps)))) if gaps else float("nan"),
+        **_tool(problem, record, motion.coordinates[number, :ticks], begun),
     )
 
 
-def _tool(problem: MotionProblem, record: PreparedRecord, coordinates: Array) -> dict[str, Any]:
-    """Paths of a tool that is led, and their circular tests."""
+def _tool(
+    problem: MotionProblem,
+    record: PreparedRecord,
+    coordinates: Array,
+    begun: tuple[MotionProblem, Array] | None,
+) -> dict[str, Any]:
+    """Paths of a tool that is led, and their circular tests; begun: the start model, and its coordinates."""
     circle = record.settings.path
     if circle is None:
         return {}
     paths = tool_paths(problem, record, coordinates)
     turn = circle.judged(problem.file.study.servo.period_s * np.arange(len(coordinates), dtype=float))
     tests = {name: circular_test(circle.flat(places)[turn]) for name, places in paths.items()}
+    for name, places in ({} if begun is None else tool_paths(begun[0], record, begun[1])).items():
+        if name != COMMAND:
+            tests[f"{name}, start model"] = circular_test(circle.flat(places)[turn])
     for name, (time_s, places) in recorded_paths(problem, record).items():
         tests[name] = circular_test(circle.flat(places)[circle.judged(time_s)])
     return {"paths": {name: results.Trace("m", places) for name, places in paths.items()}, "circles": tests}
@@ -192,21 +207,21 @@ def _comparisons(
     record: PreparedRecord,
     number: int,
     motion: SimulatedMotion,
-    first: SimulatedMotion | None,
+    first: Begun | None,
 ) -> dict[str, results.TrajectoryComparison]:
     if record.measured is None:
         return {}
     count, noise, phases = len(problem.records), problem.file.study.noise, record.settings.phases_s
     now = simulated(problem, motion, record, number, count)
-    before = simulated(problem, first, record, number, count) if first is not None else {}
+    before = simulated(*first, record, number, count) if first is not None else {}
     found = {}
     for quantity, values in now.items():
         measured, begun = (
-            record.measured.signals[quantity],
+            record.recorded[quantity],
             before[quantity][0] if quantity in before else None,
         )
         rms = [
-            phase_rms(model - measured, record.measured.time_s, phases)
+            phase_rms(beside(quantity, model, measured), record.measured.time_s, phases)
             for model in (values[0], begun)
             if model is not None
         ]
@@ -216,7 +231,7 @@ def _comparisons(
             measured=measured,
             initial=begun,
             simulated=values[0],
-            noise=noise.get(quantity, float("nan")),
+            noise=float(np.sqrt(np.mean(np.square(noise.get(quantity, np.nan))))),
             rms=rms[0],
             rms_initial=rms[1] if len(rms) > 1 else None,
         )
@@ -231,6 +246,7 @@ def _trials(found: MotionFit) -> results.TrialTable:
         gap=np.array([trial.gap for trial in t]),
         gap_validation=np.array([trial.gap_judged for trial in t]),
         kept=np.array([trial.kept for trial in t], dtype=float),
+        log_odds=np.array([trial.log_odds for trial in t]),
     )
 
 
@@ -247,7 +263,7 @@ def _verdict(
         f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of"
         f" {problem.step_s:.3g} s."
     )
-    if found is None or trusted is None:
+    if found is None:
         return (speed,)
     kept = [trial.name for trial in found.trials[1:] if trial.kept]
     gaps = found.fit.cost, judge(problem, found.fit.values)
@@ -256,18 +272,12 @@ def _verdict(
         " judge."
     )
     added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
-    determined = sum(status == "determined" for status in trusted.status)
-    return tuple(
-        line
-        for line in (
-            first,
-            added,
-            f"{determined} of {len(trusted.status)} free parameters are determined.",
-            at_bounds(trusted, Scale(problem.parameters)),
-            speed,
-        )
-        if line
-    )
+    known = ""
+    if trusted is not None:
+        determined = sum(status == "determined" for status in trusted.status)
+        known = f"{determined} of {len(trusted.status)} free parameters are determined."
+    bounds = at_bounds(trusted, Scale(problem.parameters)) if trusted is not None else ""
+    return tuple(line for line in (first, added, known, bounds, speed) if line)
 
 
 def rivals_said(found: MotionFit | None) -> tuple[str, ...]:

@@ -110,6 +110,7 @@ class TorqueMotor(Settings):
     kind: Literal["torque"] = Field("torque", description="which motor: gives a torque")
     bandwidth_hz: Number = quantity("Hz", "of the first-order lag from command to torque", np.inf, least=1e-6)
     torque_constant: Number = quantity("N m/A", "gives the current that is reported", np.inf, least=1e-9)
+    torque_gain: Number = quantity("", "torque that it gives over the one that it reports", 1.0, least=1e-9)
     rotor_inertia: Number = quantity("kg m^2", "of the rotor and what turns with it", 0.0)
     viscous: Number = quantity("N m s/rad", "viscous friction at the motor shaft", 0.0)
     torque_limit: Number = quantity("N m", "largest torque either way", np.inf)

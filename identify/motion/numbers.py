@@ -29,6 +29,9 @@ class JointNumber(Settings):
         None, description="smallest and largest value; both above zero: searched on a log scale"
     )
     fixed: bool = Field(False, description="true: kept at `initial`")
+    joints: list[int] | None = Field(
+        None, description="numbers (from 1) of the joints of which it is searched; default: all"
+    )
 
 
 def _from_number(data: Any) -> Any:
@@ -58,8 +61,8 @@ def quantity(unit: str, about: str, default: float | None = None, least: float =
 class NumberTable:
     """All numbers of some sections: free ones as parameters, and the value of every one for every joint.
 
-    given: (joints,) by `section.key`; columns: parameter numbers (joints,) of those that are to be
-    identified.
+    given: (joints,) by `section.key`; columns: of those that are to be identified the joints (from 0) and
+    their parameters' numbers, (2, n).
     """
 
     parameters: tuple[Parameter, ...]
@@ -71,8 +74,8 @@ class NumberTable:
         arrays = {
             key: np.broadcast_to(given, (len(values), given.size)).copy() for key, given in self.given.items()
         }
-        for key, columns in self.columns.items():
-            arrays[key] = values[:, columns]
+        for key, (joints, columns) in self.columns.items():
+            arrays[key][:, joints] = values[:, columns]
         return arrays
 
 
@@ -91,12 +94,20 @@ def number_table(sections: Mapping[str, BaseModel], joints: int, first: int = 0)
             where = f"{section}.{key}"
             given[where] = _values(number, field, joints, where)
             if not number.fixed:
-                columns[where] = np.arange(first + len(parameters), first + len(parameters) + joints)
+                free = _joints(number, joints, where)
+                columns[where] = np.array([free, first + len(parameters) + np.arange(len(free))])
                 parameters += [
-                    _parameter(f"joint{n + 1}.{where}", value, number, field, where)
-                    for n, value in enumerate(given[where])
+                    _parameter(f"joint{n + 1}.{where}", given[where][n], number, field, where) for n in free
                 ]
     return NumberTable(tuple(parameters), given, columns)
+
+
+def _joints(number: JointNumber, joints: int, where: str) -> list[int]:
+    """The joints, from 0, of which a number is searched."""
+    told = range(1, joints + 1) if number.joints is None else number.joints
+    if not set(told) <= set(range(1, joints + 1)) or len(set(told)) < len(told) or not told:
+        raise InputError(f"{where}.joints", f"{list(told)}", f"numbers from 1 to {joints}, each once")
+    return [joint - 1 for joint in sorted(told)]
 
 
 def _values(number: JointNumber, field: FieldInfo, joints: int, where: str) -> Array:

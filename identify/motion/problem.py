@@ -18,10 +18,19 @@ from identify.measured.records import check_different
 from identify.model.laws.friction import Smoothing
 from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
+from identify.motion.fed import FedMotion, fed
 from identify.motion.gear import gear_spring
 from identify.motion.numbers import JointNumber, NumberTable, number_table
 from identify.motion.recording import PreparedRecord, check_record, read_recording
-from identify.motion.simulate import Orders, Plant, SimulatedMotion, Timing, extrapolated, simulate
+from identify.motion.simulate import (
+    Orders,
+    Plant,
+    SimulatedMotion,
+    Timing,
+    extrapolated,
+    side_by_side,
+    simulate,
+)
 from identify.motion.state_feedback import TwoInertias
 from identify.motion.study import MotionFile
 from identify.robot.description import Robot
@@ -30,7 +39,7 @@ from identify.robot.read import read_robot
 
 _EVERY = 20
 """Ticks between postures at which what depends on them slowly is computed."""
-_FASTEST = 0.3
+FASTEST = 0.3
 """Largest step times angular frequency of the fastest mode: leapfrog is stable to 2 and off by (0.3)^2 / 24 =
 0.4 % in frequency.
 """
@@ -74,14 +83,15 @@ class MotionProblem:
     @cached_property
     def continuous(self) -> MotionProblem:
         """The same with encoders that do not count."""
-        return self._with(encoder_counts=None)
+        return self.with_study(encoder_counts=None)
 
     def with_smoothing(self, smoothing: Smoothing) -> MotionProblem:
         """The same with dry friction smoothed otherwise."""
         friction = self.file.study.friction.model_copy(update={"smoothing": smoothing})
-        return self._with(friction=friction)
+        return self.with_study(friction=friction)
 
-    def _with(self, **changed: object) -> MotionProblem:
+    def with_study(self, **changed: object) -> MotionProblem:
+        """The same with other values of keys of the study that neither robot, records nor numbers hang on."""
         study = self.file.study.model_copy(update=changed)
         return replace(self, file=self.file.model_copy(update={"study": study}))
 
@@ -114,6 +124,22 @@ class MotionProblem:
         return replace(self, step_s=self.step_s / 2)
 
     def _stepped(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
+        """Records that are driven by their controllers side by side, and those that were fed in."""
+        driven = [number for number, record in enumerate(records) if record.fed is None]
+        if len(driven) == len(records):
+            return self._driven(values, records)
+        parts = {
+            n: self._fed(values, record.fed) for n, record in enumerate(records) if record.fed is not None
+        }
+        if driven:
+            together = self._driven(values, [records[number] for number in driven])
+            parts |= {n: together.lanes(slice(at, None, len(driven))) for at, n in enumerate(driven)}
+        return side_by_side([parts[number] for number in range(len(records))])
+
+    def _fed(self, values: Array, motion: FedMotion) -> SimulatedMotion:
+        return fed(self.plant(values, self.table.arrays(values)), motion)
+
+    def _driven(self, values: Array, records: Sequence[PreparedRecord]) -> SimulatedMotion:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
@@ -261,8 +287,9 @@ def _loaded(file: MotionFile) -> MotionProblem:
     if study.effects:
         springs = list_parameters(robot, build_site(robot, first, study.effects), study.effects)
     arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
-    table = number_table(_sections(file), len(robot.joints), len(springs))
+    table = number_table(sections_of(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
+    _check_fed(file, arm)
     rigid = MovingArm(robot)
     records = tuple(read_recording(file, rigid, record) for record in study.records)
     check_different([(one.settings.name, one.measured.signals) for one in records if one.measured])
@@ -270,31 +297,25 @@ def _loaded(file: MotionFile) -> MotionProblem:
     return replace(problem, step_s=_step(problem))
 
 
-def _sections(file: MotionFile) -> dict[str, BaseModel]:
+def sections_of(file: MotionFile) -> dict[str, BaseModel]:
+    """The parts of a study that hold numbers, by the name they have in parameters."""
     study = file.study
-    return {"motor": study.motor, **study.gear.sections(), "friction": study.friction, "servo": study.servo}
+    return {
+        "motor": study.motor,
+        **study.gear.sections(),
+        "friction": study.friction,
+        "bodies": study.bodies,
+        "balancer": study.balancer,
+        "servo": study.servo,
+    }
 
 
-def with_numbers(
-    problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]
-) -> MotionProblem:
-    """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start
-    there.
-
-    Raises InputError for a number that the study's sections do not have.
-    """
-    sections = _sections(problem.file)
-    freed = {**problem.freed, **free}
-    for where, number in freed.items():
-        section, _, key = where.rpartition(".")
-        if section not in sections or key not in type(sections[section]).model_fields:
-            known = [f"{name}.{key}" for name, one in sections.items() for key in type(one).model_fields]
-            raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
-        sections[section] = sections[section].model_copy(update={key: number})
-    table = number_table(sections, len(problem.robot.joints), len(problem.springs))
-    started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
-    springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
-    return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
+def _check_fed(file: MotionFile, arm: MovingArm) -> None:
+    """Raise an InputError where motion is fed into an arm that is not rigid."""
+    led = [record.name for record in file.study.records if record.recorded_motion_hz is not None]
+    if led and len(arm.elastic):
+        found = f"recorded_motion_hz, and {arm.names[arm.elastic[0]]} is elastic"
+        raise InputError(f"record {led[0]}", found, "a rigid arm, whose drives say where all of it is")
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:
@@ -328,12 +349,12 @@ def _step(problem: MotionProblem) -> float:
     period, wanted = study.servo.period_s, study.step_s
     omega = fastest_mode(problem)
     if wanted is None:
-        return period / int(np.ceil(max(1.0, period * omega / _FASTEST)))
+        return period / int(np.ceil(max(1.0, period * omega / FASTEST)))
     parts = period / wanted
     if abs(parts - round(parts)) > 1e-6 or parts < 0.5:
         raise InputError("step_s", f"{wanted:g}", f"the controller's period {period:g} or a whole part of it")
     if wanted * omega > 1.0:
-        fix = f"at most {_FASTEST / omega:.2g} s is advised"
+        fix = f"at most {FASTEST / omega:.2g} s is advised"
         raise InputError(
             "step_s",
             f"{wanted:g} s with a mode of {omega / 2 / np.pi:.0f} Hz",

@@ -15,11 +15,13 @@ from identify.core.errors import InputError
 from identify.measured.record_files import RecordFile
 from identify.measured.records import MotionRecord, read_record
 from identify.motion.command import Command, Move, moves_command, tabulated
+from identify.motion.fed import FedMotion, fed_motion
 from identify.motion.path import joint_path
 from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm
 
+TOOL = "tool_position"
 _BEGINS = np.radians(0.5)
 """How far from `start_deg`, which is typed, a recorded command may begin."""
 
@@ -28,7 +30,7 @@ _BEGINS = np.radians(0.5)
 class PreparedRecord:
     """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this
     takes at the gear output without rotors, and what was measured, if anything; tool (samples, 3), m: where
-    the tool was seen.
+    the tool was seen; fed: the recorded motion, where that moves the drives.
     """
 
     settings: RecordSettings
@@ -36,6 +38,19 @@ class PreparedRecord:
     torque: Array
     measured: MotionRecord | None
     tool: Array | None = None
+    fed: FedMotion | None = None
+
+    @property
+    def recorded(self) -> dict[str, Array]:
+        """Everything that was measured and can be compared, by quantity, (samples, joints), of the tool
+        (samples, 3); SI.
+        """
+        if self.measured is None:
+            return {}
+        if self.fed is not None:
+            told = ("motor_torque", "motor_current")
+            return {q: signal for q, signal in self.measured.signals.items() if q in told}
+        return {**self.measured.signals, **({} if self.tool is None else {TOOL: self.tool})}
 
 
 def check_record(record: RecordSettings, robot: Robot, where: str) -> None:
@@ -74,6 +89,10 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
     )
     measured = settings.measured
     if measured is None:
+        if settings.recorded_motion_hz is not None:
+            raise InputError(
+                f"record {settings.name}: recorded_motion_hz", "no `measured` to follow", "a recorded motion"
+            )
         command = _command(file, rigid, settings, time, None)
         return PreparedRecord(settings, command, _torque(rigid, command), None)
     path, joints = file.resolve(measured.file), len(robot.joints)
@@ -86,7 +105,11 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
             f"no more than duration_s of {settings.duration_s:g}",
         )
     seen = _seen(path, measured.tool, len(read.time_s))
-    return PreparedRecord(settings, command, _torque(rigid, command), read, seen)
+    fed = None
+    if settings.recorded_motion_hz is not None:
+        where = f"record {settings.name}"
+        fed = fed_motion(read, settings.recorded_motion_hz, np.radians(settings.start_deg), time, where)
+    return PreparedRecord(settings, command, _torque(rigid, command), read, seen, fed)
 
 
 def _torque(rigid: MovingArm, command: Command) -> Array:

@@ -7,6 +7,7 @@ All lanes (a lane is one candidate's numbers on one record) move side by side, a
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 
@@ -72,6 +73,36 @@ class Plant:
         return _evenly(joint), _evenly(coordinate)
 
     @cached_property
+    def gain(self) -> Array:
+        """Motor torque over the one that is reported, (lanes, joints)."""
+        return self.numbers.get("motor.torque_gain", np.ones_like(self.spring.ratio))
+
+    @cached_property
+    def balanced(self) -> bool:
+        """Whether any joint has a balancer."""
+        return any(bool(np.any(self.numbers[key])) for key in ("balancer.sine", "balancer.cosine"))
+
+    def balance(self, position: Array) -> Array:
+        """Forces (lanes, n) of the balancers at coordinates (lanes, n)."""
+        joint, coordinate = self.wound
+        forces, angle = np.zeros_like(position), position[:, self.arm.drive]
+        angle[:, joint] += position[:, coordinate]
+        torque = self.numbers["balancer.sine"] * np.sin(angle)
+        torque += self.numbers["balancer.cosine"] * np.cos(angle)
+        forces[:, self.arm.drive] = torque
+        forces[:, coordinate] = torque[:, joint]
+        return forces
+
+    def weight(self, position: Array) -> Array:
+        """Forces (lanes, n) that hold the arm and its balancers at coordinates (lanes, n)."""
+        zero, more = np.zeros_like(position), self.numbers["bodies.mass"]
+        held = self.arm.inverse_dynamics(position, zero, zero)
+        for lane in np.flatnonzero(more.any(axis=1)):
+            with self.arm.heavier(more[lane]):
+                held[lane] = self.arm.inverse_dynamics(position[lane], zero[lane], zero[lane])
+        return held - self.balance(position) if self.balanced else held
+
+    @cached_property
     def rubs(self) -> bool:
         """Whether there is any friction."""
         keys = ("friction.coulomb", "friction.stribeck", "friction.viscous", "motor.viscous")
@@ -118,12 +149,17 @@ class SimulatedMotion:
     torque: Array
     command: Array
 
+    def lanes(self, pick: slice) -> SimulatedMotion:
+        """Some of the lanes."""
+        return SimulatedMotion(*(getattr(self, one.name)[pick] for one in fields(self)))
+
 
 def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> SimulatedMotion:
     """From standstill at the first commanded position, in equilibrium with gravity, through all ticks."""
     coordinates, holding = equilibrium(plant, law, orders)
-    lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s)
-    state, given = plant.motor.holding(holding)
+    lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s, plant.numbers["bodies.mass"])
+    state, given = plant.motor.holding(holding / plant.gain)
+    late = Latency.of(plant.numbers["servo.latency"] / timing.step_s, given)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)
     waiting, damper = deque([given] * timing.delay_steps), _damper(plant, coordinates, timing.step_s)
     rows, added = [], orders.excitation / plant.spring.ratio[:, None]
@@ -142,13 +178,54 @@ def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> S
         )
         for step in range(timing.steps_per_tick):
             waiting.append(command)
-            state = _step(plant, lanes, state, waiting.popleft(), damper)
+            now = waiting.popleft()
+            state = _step(plant, lanes, state, now if late is None else late.passed(now), damper)
             if step == 0:
                 rows.append((*row, (before + lanes.velocity) / 2, command))
     position, current, torque, velocity, commands = (
         np.stack(part, axis=1) for part in zip(*rows, strict=True)
     )
     return SimulatedMotion(position, velocity, current, torque, commands)
+
+
+@dataclass
+class Latency:
+    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two."""
+
+    whole: Index
+    part: Array
+    past: deque[Array]
+
+    @classmethod
+    def of(cls, steps: Array, given: Array) -> Latency | None:
+        """With commands that were `given` (lanes, joints) for long; None where nothing is late."""
+        if not steps.any():
+            return None
+        whole = np.floor(steps).astype(int)
+        size = int(whole.max()) + 2
+        return cls(whole, steps - whole, deque([given] * size, maxlen=size))
+
+    def passed(self, command: Array) -> Array:
+        """What arrives as a command (lanes, joints) is given."""
+        self.past.append(command)
+        past, last = np.stack(self.past), len(self.past) - 1 - self.whole
+        rows = np.stack([last, last - 1])
+        new, old = np.take_along_axis(past, rows, axis=0)
+        return np.asarray((1 - self.part) * new + self.part * old)
+
+
+def side_by_side(motions: Sequence[SimulatedMotion]) -> SimulatedMotion:
+    """Motions of as many lanes each, (m, ticks, n), as one whose lanes run through them first (m * motions,
+    ...); shorter ones stand still at their end.
+    """
+    ticks = max(motion.coordinates.shape[1] for motion in motions)
+
+    def together(name: str) -> Array:
+        rows = [getattr(motion, name) for motion in motions]
+        longer = [np.pad(row, ((0, 0), (0, ticks - row.shape[1]), (0, 0)), "edge") for row in rows]
+        return np.stack(longer, axis=1).reshape(-1, *longer[0].shape[1:])
+
+    return SimulatedMotion(*(together(one.name) for one in fields(SimulatedMotion)))
 
 
 def extrapolated(coarse: SimulatedMotion, fine: SimulatedMotion) -> SimulatedMotion:
@@ -161,13 +238,12 @@ def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, A
     """Coordinates (lanes, n) at rest under gravity with the controller at its first command; motor torques
     (lanes, joints) that hold.
     """
-    arm, ratio = plant.arm, plant.spring.ratio
+    arm, ratio, gain = plant.arm, plant.spring.ratio, plant.gain
     coordinates = np.zeros((len(orders.position), len(arm.names)))
     coordinates[:, arm.drive] = orders.position[:, 0]
-    zero = np.zeros_like(coordinates)
     joint, wound = plant.wound
     for _ in range(6):
-        weight = arm.inverse_dynamics(coordinates, zero, zero)
+        weight = plant.weight(coordinates)
         coordinates[:, arm.elastic] = -weight[:, arm.elastic] / plant.passive.stiffness[:, arm.elastic]
         turn = coordinates[:, arm.drive]
         error, slope = plant.spring.transmission_error(turn)
@@ -176,7 +252,7 @@ def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, A
         coordinates[:, wound] = (plant.spring.windup(torque) + error)[:, joint]
         holding = (weight[:, arm.drive] - torque * slope) / ratio
         coordinates[:, arm.drive] = orders.position[:, 0] - law.standing_error(
-            plant.motor.holding(holding)[1]
+            plant.motor.holding(holding / gain)[1]
         )
     return coordinates, holding
 
@@ -203,7 +279,9 @@ def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, damper: Fric
     """One step of arm and motors under a command; the motors' state a step later."""
     drive, ratio = plant.drive, plant.spring.ratio
     lanes.force[:] = 0.0
-    lanes.force[:, drive] = ratio * plant.motor.torque_at(state, command)
+    if plant.balanced:
+        lanes.force[:] = plant.balance(lanes.position)
+    lanes.force[:, drive] += ratio * plant.gain * plant.motor.torque_at(state, command)
     if plant.spring.nonlinear:
         on_drive, on_windup = _spring_forces(plant, lanes)
         lanes.force[:, drive] += on_drive

@@ -17,6 +17,7 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
 from identify.model.effects.springs import JointSprings
 from identify.model.laws.friction import Smoothing
+from identify.motion.bodies import Balancer, Bodies
 from identify.motion.command import Move
 from identify.motion.controller import Controller, parse_controller
 from identify.motion.excitation import Excitation
@@ -35,8 +36,10 @@ WEIGHTS = (
     "motor_current",
     "link_position",
     "link_velocity",
+    "tool_position",
 )
-"""Signals that a fit can compare."""
+"""Signals that a fit can compare; the last where a tracker saw the tool."""
+Deviation = Annotated[float, Field(gt=0)]
 
 
 def _spring(data: Any) -> JointSprings:
@@ -88,6 +91,12 @@ class RecordSettings(Settings):
         None, description="what is added to the torque that the controller gives, for FRFs"
     )
     duration_s: float = Field(gt=0, description="how long it is simulated")
+    recorded_motion_hz: float | None = Field(
+        None,
+        gt=0,
+        description="the recorded motor_position itself moves the drives, with speeds and accelerations up to"
+        " this frequency, and torques and currents are what that takes; default: the controller moves them",
+    )
     measured: MeasuredMotion | None = Field(None, description="what was recorded, to compare with and to fit")
     phases_s: dict[str, tuple[float, float]] = Field(
         {}, description="parts of the record, such as slow: [0, 6], with errors of their own"
@@ -102,14 +111,17 @@ class RecordSettings(Settings):
 
 
 class MotionCandidate(Settings):
-    """A physical effect that may be missing: numbers that it sets free, tried after the fit."""
+    """A physical effect that may be missing: numbers that it sets free, springs that it brings, tried after
+    the fit.
+    """
 
     name: str = Field(min_length=1, description="what it is, such as Coulomb friction")
     numbers: dict[str, Number] = Field(
-        min_length=1,
-        description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}",
+        {}, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
     )
-
+    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+        [], description="springs that it brings: joint-compliance, base-compliance"
+    )
     smoothing: Smoothing | None = Field(
         None,
         description="with friction.coulomb among the numbers: how its sign passes through zero, beside other"
@@ -120,9 +132,22 @@ class MotionCandidate(Settings):
         """What it is, as the study says."""
         return self.name
 
+    @model_validator(mode="after")
+    def _brings_something(self) -> MotionCandidate:
+        if not self.numbers and not self.effects:
+            raise ValueError(f"candidate {self.name!r} has neither numbers nor effects; give one of them")
+        return self
+
     def instead_of(self, other: MotionCandidate) -> bool:
-        """Whether only one of the two can be added, because they set the same numbers free."""
-        return self.numbers.keys() == other.numbers.keys()
+        """Whether only one of the two can be added, because they set the same numbers free, or the same
+        springs.
+        """
+        return self._claims == other._claims
+
+    @property
+    def _claims(self) -> tuple[frozenset[tuple[str, tuple[int, ...]]], str]:
+        numbers = frozenset((key, tuple(one.joints or ())) for key, one in self.numbers.items())
+        return numbers, str([effect.model_dump() for effect in self.effects])
 
 
 class MotionStudy(Settings):
@@ -138,6 +163,8 @@ class MotionStudy(Settings):
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")
     gear: Gear = Field(description="gears of all joints")
     friction: FrictionSettings = Field(FrictionSettings(), description="friction of all drives")
+    bodies: Bodies = Field(Bodies(), description="how far the links' bodies are off their description")
+    balancer: Balancer = Field(Balancer(), description="gravity balancers beside joints")
     encoder_counts: list[int] | None = Field(
         None, description="counts per turn of each motor; default: continuous"
     )
@@ -157,8 +184,8 @@ class MotionStudy(Settings):
     records: list[RecordSettings] = Field(
         min_length=1, description="motions to simulate, and what was recorded of them"
     )
-    noise: dict[str, Annotated[float, Field(gt=0)]] = Field(
-        {}, description="standard deviation of each measured signal that is fitted, SI"
+    noise: dict[str, Deviation | list[Deviation]] = Field(
+        {}, description="standard deviation of each measured signal that is fitted, SI; one, or one per joint"
     )
     candidates: list[MotionCandidate] = Field(
         [], description="effects that may be missing, tried one by one after a fit"

@@ -16,7 +16,7 @@ from identify.fitting.jackknife import block_jackknife, widening
 from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Uncertainty, of_covariance
 from identify.motion.problem import MotionProblem
-from identify.motion.recording import PreparedRecord
+from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 
 _BLOCK = 20
@@ -39,14 +39,17 @@ class TrajectoryObjective(Objective):
     expensive: ClassVar[bool] = True
 
     def __init__(
-        self, problem: MotionProblem, records: Sequence[PreparedRecord], noise: Mapping[str, float]
+        self,
+        problem: MotionProblem,
+        records: Sequence[PreparedRecord],
+        noise: Mapping[str, float | list[float] | Array],
     ) -> None:
-        self.problem, self.noise = problem, noise
+        self.problem = problem
+        self.noise = {quantity: np.asarray(value, dtype=float) for quantity, value in noise.items()}
+        """By quantity, () or (joints,)."""
         self._seen: tuple[Array, Index, Array] | None = None
         self._wanted: Index | None = None
-        self.records = [
-            r for r in records if r.measured is not None and any(q in r.measured.signals for q in noise)
-        ]
+        self.records = [r for r in records if any(q in r.recorded for q in noise)]
         if not self.records:
             found = "no record to be fitted has a signal whose noise is given"
             raise InputError(
@@ -98,15 +101,16 @@ class TrajectoryObjective(Objective):
             return self._seen[2]
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += self._steps(values, free)
-        found = self._smooth_rows(moved)
+        found = self.smooth_rows(moved)
         self._seen = values.copy(), free.copy(), found
         return found
 
     def smooth(self, values: Array) -> Array:
         """Residuals (count,) as `residuals` gives them, without derivatives."""
-        return np.asarray(self._smooth_rows(values[None])[0] / np.sqrt(self.count))
+        return np.asarray(self.smooth_rows(values[None])[0] / np.sqrt(self.count))
 
-    def _smooth_rows(self, candidates: Array) -> Array:
+    def smooth_rows(self, candidates: Array) -> Array:
+        """Residuals over noise (m, count) of candidates (m, parameters), with continuous encoders."""
         return TrajectoryObjective(self.problem.continuous, self.records, self.noise)._rows(candidates)
 
     @property
@@ -131,7 +135,7 @@ class TrajectoryObjective(Objective):
             motion = self.problem.run(candidates, self.records)
         return [
             [
-                (seen - self._signal(record, quantity)) / self.noise[quantity]
+                beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
                 for quantity, seen in simulated(
                     self.problem, motion, record, number, len(self.records)
                 ).items()
@@ -161,15 +165,7 @@ class TrajectoryObjective(Objective):
         return np.unique(np.concatenate(found), return_inverse=True)[1]
 
     def _measured(self, record: PreparedRecord) -> list[Array]:
-        return [signal for quantity, signal in _signals(record).items() if quantity in self.noise]
-
-    @staticmethod
-    def _signal(record: PreparedRecord, quantity: str) -> Array:
-        return _signals(record)[quantity]
-
-
-def _signals(record: PreparedRecord) -> Mapping[str, Array]:
-    return {} if record.measured is None else record.measured.signals
+        return [signal for quantity, signal in record.recorded.items() if quantity in self.noise]
 
 
 def _step(problem: MotionProblem, number: int, value: float) -> float:
@@ -204,20 +200,24 @@ def simulated(
     if record.measured is None:
         return {}
     ticks = problem.file.study.servo.period_s * np.arange(motion.coordinates.shape[1], dtype=float)
-    signals = all_signals(problem, _lanes(motion, slice(number, None, records)))
-    return {
-        q: _at(signals[q], ticks, record.measured.time_s) for q in record.measured.signals if q in signals
-    }
+    own, time = motion.lanes(slice(number, None, records)), record.measured.time_s
+    signals = all_signals(problem, own)
+    found = {q: _at(signals[q], ticks, time) for q in record.recorded if q in signals}
+    tool = problem.file.study.tool
+    if TOOL in record.recorded and tool is not None:
+        at = _at(own.coordinates, ticks, time)
+        found[TOOL] = problem.arm.frame_position(at, tool.link, np.array(tool.at_m))
+    return found
 
 
-def _lanes(motion: SimulatedMotion, pick: slice) -> SimulatedMotion:
-    return SimulatedMotion(
-        motion.coordinates[pick],
-        motion.velocities[pick],
-        motion.current[pick],
-        motion.torque[pick],
-        motion.command[pick],
-    )
+def beside(quantity: str, seen: Array, measured: Array) -> Array:
+    """Simulated (..., samples, k) less measured (samples, k); of the tool beyond the mean of a record,
+    because a tracker has a frame of its own and measures an arm that has sagged already.
+    """
+    difference = seen - measured
+    if quantity != TOOL:
+        return difference
+    return np.asarray(difference - np.nanmean(difference, axis=-2, keepdims=True))
 
 
 def _at(values: Array, ticks: Array, time: Array) -> Array:

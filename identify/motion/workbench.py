@@ -15,9 +15,10 @@ from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
+from identify.motion.changed import merged, with_effects, with_numbers
 from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
 from identify.motion.plan import motion_plan
-from identify.motion.problem import MotionProblem, with_numbers
+from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
 _REFIT = {"kind": "gauss-newton", "evaluations": 40, "tolerance": 1e-5}
@@ -38,12 +39,17 @@ class MotionWorkbench:
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         self.problem, self.progress = problem, progress
-        self._fitted: dict[frozenset[int], FittedMotion] = {}
+        self._fitted: dict[frozenset[str], FittedMotion] = {}
 
     @property
     def policy(self) -> Policy:
         """What is asked of the effects."""
         return POLICY
+
+    @property
+    def stage(self) -> StageSettings:
+        """How a model with an effect added is fitted, from where the model without it ended."""
+        return StageSettings.parse(_REFIT)
 
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted as the study says."""
@@ -96,9 +102,13 @@ class MotionWorkbench:
         """The model itself, which was fitted."""
         return model
 
+    def ended(self, model: FittedMotion) -> tuple[FittedMotion, dict[str, str]]:
+        """The last model, and what is left of its effects, by their names: as they are."""
+        return model, {}
+
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them."""
-        return [self._with(model, _others(model, effect)) for effect in effects]
+        return [self._with(model, others(model, effect)) for effect in effects]
 
     def removable(self, model: FittedMotion) -> Sequence[MotionCandidate]:
         """All that were added."""
@@ -118,7 +128,7 @@ class MotionWorkbench:
 
     def size(self, model: FittedMotion, effect: MotionCandidate) -> int:
         """Number of free parameters that the model has no more without the effect."""
-        return model.free - free_parameters(self._problem(_others(model, effect), model))
+        return model.free - free_parameters(self._problem(others(model, effect), model))
 
     def variants(self, model: FittedMotion) -> list[Trial]:
         """None: other forms are candidates of their own."""
@@ -134,21 +144,26 @@ class MotionWorkbench:
 
     def _with(self, model: FittedMotion, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
         """The study's model with these effects, from the values of another model unless it is known."""
-        key = frozenset(map(self.problem.file.study.candidates.index, effects))
+        key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
-            found = fit(motion_plan(problem, [StageSettings.parse(_REFIT)], 1), self.progress)
+            found = fit(motion_plan(problem, [self.stage], 1), self.progress)
             self._fitted[key] = FittedMotion(problem, found, effects)
         return self._fitted[key]
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
-        numbers = {where: number for effect in effects for where, number in effect.numbers.items()}
-        names = [parameter.name for parameter in model.problem.parameters]
-        begun = self.problem
+        begun, values = self.problem, self.starts(effects, model)
         for smoothing in (effect.smoothing for effect in effects if effect.smoothing is not None):
             begun = begun.with_smoothing(smoothing)
-        return with_numbers(begun, numbers, dict(zip(names, map(float, model.fit.values), strict=True)))
+        begun = with_effects(begun, [spring for effect in effects for spring in effect.effects], values)
+        return with_numbers(begun, merged([effect.numbers for effect in effects]), values)
+
+    def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
+        """Where parameters start in a model with these effects, by name: as another model has them."""
+        names = [parameter.name for parameter in model.problem.parameters]
+        return dict(zip(names, map(float, model.fit.values), strict=True))
 
 
-def _others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:
+def others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:
+    """The added effects of a model but one."""
     return tuple(one for one in model.added if one != effect)

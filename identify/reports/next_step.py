@@ -28,7 +28,24 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
         and _has_records(data)
     ):
         return [f"identify fit {config}   (finds its free numbers from what was recorded)"]
+    if data.KIND == "motion":
+        return _after_motion(found, config)
     return _with_files(found)
+
+
+def _after_motion(found: Result, config: Path | None) -> list[str]:
+    """After a fit of a study of motion that leaves a gap, or a search for what it lacks."""
+    data = found.data
+    if data.searched:
+        return [
+            f"identify fit {path}   (the better study)" for path in found.written if path.suffix == ".yaml"
+        ]
+    gaps = [gap for gap in (data.gap, data.gap_validation) if gap > MISSING]
+    if config is None or data.starts is None or not gaps:
+        return []
+    return [
+        f"identify discover {config}   (the gap of {max(gaps):.3g} is well above 1: finds what is missing)"
+    ]
 
 
 def _has_records(motion: MotionResult) -> bool:

@@ -31,6 +31,15 @@ class CircularTest:
         """RMS of the radial error, m."""
         return float(np.sqrt(np.mean(self.error**2)))
 
+    @property
+    def quadrant_rms(self) -> Array:
+        """The same in each quadrant (4,) about the centre, from the plane's first axis to the second; NaN
+        where nothing is.
+        """
+        quadrant = (self.angle // (np.pi / 2)).astype(int) % 4
+        squares = [self.error[quadrant == number] ** 2 for number in range(4)]
+        return np.sqrt([np.mean(own) if len(own) else np.nan for own in squares])
+
     def enlarged(self, factor: float) -> Array:
         """The path about the origin with its radial error enlarged, m, (n, 2)."""
         around = np.column_stack([np.cos(self.angle), np.sin(self.angle)])

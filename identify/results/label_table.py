@@ -219,7 +219,7 @@ ARRAYS: dict[str, dict[str, str]] = {
         "phases": "phases",
         "phases end": "phase_s",
     },
-    "TrialTable": {"name": "name round gap gap_validation kept"},
+    "TrialTable": {"name": "name round gap gap_validation kept log_odds"},
     "MotionResult": {
         "effect": "effects",
         "joints": "joints",

@@ -4,8 +4,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
+
+import numpy as np
 
 from identify.core.arrays import Array, Texts
 from identify.results.circular import CircularTest
@@ -67,8 +69,8 @@ class RecordResult:
 
 @dataclass(frozen=True)
 class TrialTable:
-    """Effects that were tried, in their order (t): name, round, gap on fitted and on judging records, and
-    whether it stayed (1).
+    """Effects that were tried, in their order (t): name, round, gap on fitted and on judging records,
+    whether it stayed (1), and the odds for it (natural logarithm; NaN in files of old).
     """
 
     name: Texts
@@ -76,6 +78,7 @@ class TrialTable:
     gap: Array
     gap_validation: Array
     kept: Array
+    log_odds: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,7 +87,8 @@ class MotionResult(KeyedHeader):
     was fitted.
 
     realtime_factor: seconds of motion per second of computing, all records side by side; free: how many
-    numbers a fit of the study finds.
+    numbers a fit of the study finds; study: the text of the better study that a search for missing effects
+    ends with, empty where there is none; searched: whether this is such a search.
     """
 
     KIND: ClassVar[str] = "motion"
@@ -104,3 +108,5 @@ class MotionResult(KeyedHeader):
     trials: TrialTable | None
     records: dict[str, RecordResult]
     free: int = 0
+    study: str = ""
+    searched: bool = False

@@ -9,7 +9,8 @@ alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import mujoco
@@ -58,6 +59,17 @@ class MovingArm:
         most of the cost of each.
         """
         return compile_mechanism(self.mechanism, self._axes, lanes)
+
+    @contextmanager
+    def heavier(self, more: Array) -> Iterator[None]:
+        """For as long as it lasts, the bodies behind the joints are heavier by shares (joints,)."""
+        mass, inertia = self.model.body_mass.copy(), self.model.body_inertia.copy()
+        _load(self.model, more[None])
+        try:
+            yield
+        finally:
+            self.model.body_mass[:], self.model.body_inertia[:] = mass, inertia
+            mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def mass_matrix(self, position: Array) -> Array:
         """M (n, n) at coordinates (n,), without rotors."""
@@ -148,6 +160,16 @@ class MovingArm:
         return 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id), pose
 
 
+def _load(model: mujoco.MjModel, more: Array) -> None:
+    """Make bodies behind the joints of each copy heavier by shares (m, joints), inertia and all."""
+    for lane, row in enumerate(more):
+        for joint in np.flatnonzero(row):
+            body = model.body(f"{lane}." * bool(lane) + f"joint{joint + 1}").id
+            model.body_mass[body] *= 1 + row[joint]
+            model.body_inertia[body] *= 1 + row[joint]
+    mujoco.mj_setConst(model, mujoco.MjData(model))
+
+
 @dataclass(frozen=True)
 class Passive:
     """What hangs on the coordinates of each of m copies, (m, n): armature (kg m^2), stiffness (N m/rad, N/m),
@@ -163,19 +185,30 @@ class Lanes:
     """Copies of an arm that move side by side, each with its own passive elements, from rest at position (m,
     n).
 
+    more (m, joints): shares by which the bodies behind the joints are heavier.
+
     Leapfrog: position is at the time reached, velocity half a step before it.  Forces of velocity are those
     of the velocity extrapolated to the time reached, so that all is of second order but dampers, which are
     implicit: they act on the velocity after the step, and so hold however strong they are.  `force` (m, n) is
     for the step to come.
     """
 
-    def __init__(self, arm: MovingArm, passive: Passive, position: Array, step_s: float) -> None:
+    def __init__(
+        self,
+        arm: MovingArm,
+        passive: Passive,
+        position: Array,
+        step_s: float,
+        more: Array | None = None,
+    ) -> None:
         self.step_s, self._passive = step_s, passive
         self.position, self.velocity = position.copy(), np.zeros_like(position)
         self.force = np.zeros_like(position)
         self._before: Array | None = None
         self._lost: Mask | None = None
         self._model = arm.copies(len(position))
+        if more is not None and more.any():
+            _load(self._model, more)
         self._model.opt.timestep = step_s
         self._model.dof_armature[:], self._model.jnt_stiffness[:] = (
             passive.armature.ravel(),

@@ -24,9 +24,10 @@ from threadpoolctl import threadpool_limits
 
 from identify.fitting.fit import fit
 from identify.fitting.plan import StageSettings
+from identify.motion.changed import with_numbers
 from identify.motion.motor import DcMotor
 from identify.motion.plan import motion_plan
-from identify.motion.problem import load_motion, with_numbers
+from identify.motion.problem import load_motion
 from identify.motion.run import run_motion_fit
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import TrajectoryObjective

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Complex
+from identify.motion.changed import with_numbers
 from identify.motion.excitation import closed_loop_frf
-from identify.motion.problem import MotionProblem, load_motion, with_numbers
+from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import simulated
 from identify.results import file as result_file

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import FitPlan
 from identify.motion import workbench
+from identify.motion.changed import with_numbers
 from identify.motion.evaluate import rivals_said
 from identify.motion.judging import FittedMotion, JudgingRecords
-from identify.motion.problem import MotionProblem, with_numbers
+from identify.motion.problem import MotionProblem
 from identify.motion.trajectory_fit import MotionFit, fit_motion
 from tests.motion import arms
 from tests.motion.test_simulate import DC

@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from identify.motion.changed import with_numbers
 from identify.motion.command import Command
-from identify.motion.problem import MotionProblem, load_motion, with_numbers
+from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.recording import PreparedRecord
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import TrajectoryObjective

@@ -98,7 +98,7 @@ def _row(
                 value = rms[record.phases.index(phase), joint] if phase in record.phases else np.nan
                 cells.append(number(factor(c.unit) * value, 3))
     name = f"{record.name} (not fitted)" if record.use == "validate" else record.name
-    return (name, joints[joint], *cells)
+    return (name, "xyz"[joint] if c.unit == "m" else joints[joint], *cells)
 
 
 def circle_tables(result: MotionResult) -> list[Table]:
@@ -121,6 +121,7 @@ def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table
         cells = (
             f"{1e3 * test.radius:.4f}",
             *(f"{value:.0f}" for value in aside),
+            *(f"{1e6 * value:.1f}" for value in test.quadrant_rms),
             *(f"{value:.1f}" for value in errors),
         )
         rows.append((name, *cells))
@@ -128,6 +129,7 @@ def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table
         ("Mean radius", "mm"),
         ("Centre off, first axis", "µm"),
         ("Second", "µm"),
+        *((f"RMS, quadrant {n}" if n == 1 else str(n), "µm") for n in range(1, 5)),
         ("Innermost", "µm"),
         ("Outermost", "µm"),
     )
@@ -142,20 +144,29 @@ def trial_table(result: MotionResult) -> Table | None:
     t = result.trials
     if t is None or len(t.name) < 2:
         return None
-    parts = zip(t.round, t.name, t.gap, t.gap_validation, t.kept, strict=True)
+    odds = t.log_odds if len(t.log_odds) else np.full(len(t.name), np.nan)
+    parts = zip(t.round, t.name, t.gap, t.gap_validation, odds, t.kept, strict=True)
     rows = [
-        (f"{turn:.0f}", name, number(gap, 3), number(judged, 3), "kept" if kept else "")
-        for turn, name, gap, judged, kept in parts
+        (f"{turn:.0f}", name, number(gap, 3), number(judged, 3), _odds(one), "kept" if kept else "")
+        for turn, name, gap, judged, one, kept in parts
     ]
     columns = (
         Column("Round"),
         words("Effect added"),
         Column("Gap"),
         Column("Gap, records that judge"),
+        Column("Log odds"),
         words("Decision"),
     )
+    least = "5" if result.searched else "2"
     note = (
         "Each is added to the model of its round and fitted; the likeliest stays if the records that judge"
-        " are for it (log odds above 2) and it takes 1 % off their gap."
+        f" are for it (log odds above {least}) and it takes 1 % off their gap."
     )
+    if result.searched:
+        note += " Tried are those of the whole catalogue that promise most to first order."
     return Table("Effects that may be missing", columns, tuple(rows), note)
+
+
+def _odds(value: float) -> str:
+    return f"{value:.0f}" if np.isfinite(value) else NONE

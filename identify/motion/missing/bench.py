@@ -1,0 +1,174 @@
+"""The loop that adds effects (`identify.fitting.selection`) on a study of motion, with the catalogue in place
+of a list of candidates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identify.core.thresholds import CONVINCING, MATERIAL
+from identify.fitting.fit import Fit, Progress, Start, fit
+from identify.fitting.plan import StageSettings
+from identify.fitting.selection.gain import Rule
+from identify.fitting.selection.policy import Policy
+from identify.fitting.selection.workbench import Attempt, Story
+from identify.motion.changed import coarse, resolved, with_numbers
+from identify.motion.judging import FittedMotion
+from identify.motion.missing.catalogue import Kind, acts
+from identify.motion.missing.lean import needed
+from identify.motion.missing.screen import Promise, effect_of, promises
+from identify.motion.missing.springs import SpringKind
+from identify.motion.plan import fitted_records, motion_plan
+from identify.motion.problem import MotionProblem
+from identify.motion.study import MotionCandidate
+from identify.motion.trajectory import TrajectoryObjective
+from identify.motion.trajectory_fit import MotionFit
+from identify.motion.workbench import MotionWorkbench, Trial, others
+
+_TRIED, _PART = 3, 0.1
+"""Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
+is promised is to first order, and far from the truth.
+"""
+_STEP_SHARE, _PARTS = 0.1, 4
+"""Error of the step, over the gap, from which models are compared in half the step, so that what makes up for
+it cannot take a hundredth off the gap; into how many parts a step is divided at most.
+"""
+_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
+_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
+_ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
+POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
+
+
+class MissingBench(MotionWorkbench):
+    """A study of motion with all that may be missing."""
+
+    def __init__(self, problem: MotionProblem, progress: Progress) -> None:
+        super().__init__(coarse(problem), progress)
+        self._fine, self._longest, self._shortest = problem, np.inf, self.problem.step_s / _PARTS
+        self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
+        self._starts: dict[str, float] = {}
+        self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
+
+    @property
+    def policy(self) -> Policy:
+        """What is asked of the effects."""
+        return POLICY
+
+    @property
+    def stage(self) -> StageSettings:
+        """In few steps: what is chosen is fitted on beside what comes next."""
+        return _REFIT
+
+    def begin(self) -> FittedMotion:
+        """The model as the study has it, fitted where anything is free."""
+        free = any(parameter.free for parameter in self.problem.parameters)
+        return self.settled(super().begin() if free else _unfitted(self.problem))
+
+    def settled(self, model: FittedMotion) -> FittedMotion:
+        """The model in steps whose error is small beside its gap."""
+        while model.problem.step_s > self._shortest and _step_share(model) > _STEP_SHARE:
+            self._longest = model.problem.step_s / 2
+            self.problem = replace(self.problem, step_s=min(self.problem.step_s, self._longest))
+            self._fitted.clear()
+            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self.problem)
+        return model
+
+    def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
+        """Those that promise something to first order, the most promising first."""
+        if id(model) not in self._promised:
+            self._promised[id(model)] = model, promises(model)
+        found = [promise.effect for promise in self._promised[id(model)][1]]
+        return [one for one in found if not any(one.instead_of(other) for other in model.added)]
+
+    def screen(self, model: FittedMotion, effects: Sequence[MotionCandidate], story: Story) -> list[Trial]:
+        """As they promise."""
+        return [Attempt(effect, model, 0) for effect in effects]
+
+    def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
+        """The first few."""
+        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)][1]}
+        most = max(odds.values(), default=0.0)
+        return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
+
+    def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
+        """Each fitted beside the model's effects, from where it promises to be, and once more without places
+        of which nothing is left.
+        """
+        found = []
+        for trial in promising:
+            [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
+            self._starts |= promise.starts
+            self._known[promise.effect.name] = promise.kind, promise.places
+            after = self._with(model, (*model.added, trial.effect))
+            leaner = self._leaner(after, trial.effect)
+            if leaner != trial.effect:
+                after = self._with(after, (*model.added, leaner))
+            found.append([Attempt(leaner, after, after.free - model.free)])
+        return found
+
+    def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
+        """An effect of a model at those of its places where the fit needs it."""
+        kind, places = self._known[effect.name]
+        kept = needed(model, kind, places) if len(places) > 1 else []
+        if not 0 < len(kept) < len(places):
+            return effect
+        leaner = effect_of(kind, kept)
+        self._known[leaner.name] = kind, tuple(kept)
+        return leaner
+
+    def ended(self, model: FittedMotion) -> tuple[FittedMotion, dict[str, str]]:
+        """The last model without places that others made needless, unless the judges miss them."""
+        left = {effect.name: self._leaner(model, effect) for effect in model.added}
+        leaner = self._with(model, tuple(left.values()))
+        if leaner.gap > model.gap * (1 + MATERIAL):
+            return model, {}
+        return leaner, {name: effect.name for name, effect in left.items()}
+
+    def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
+        """Those of new parameters as they promised, all others as they are."""
+        return {**self._starts, **super().starts(effects, model)}
+
+    def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
+        """Refitted without each of them, and what is nothing without it."""
+        return [self._with(model, self._standing(others(model, effect))) for effect in effects]
+
+    def _standing(self, effects: tuple[MotionCandidate, ...]) -> tuple[MotionCandidate, ...]:
+        """Those that do something beside each other."""
+        given = self.problem.table.given
+        there = {key for key in given if np.any(given[key])} | {key for e in effects for key in e.numbers}
+        return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
+
+    def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
+        found = coarse(super()._problem(effects, model))
+        return replace(found, step_s=min(found.step_s, self._longest))
+
+    def finished(self, found: MotionFit) -> MotionFit:
+        """The model that was found, fitted in the steps of the study."""
+        problem = found.problem
+        fine = resolved(replace(problem, step_s=min(problem.step_s, self._fine.step_s)))
+        if fine.step_s == problem.step_s or not any(p.free for p in fine.parameters):
+            return replace(found, problem=fine)
+        names = [parameter.name for parameter in problem.parameters]
+        begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
+        return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))
+
+
+def _unfitted(problem: MotionProblem) -> FittedMotion:
+    """A problem of which nothing is to be fitted, at its start values."""
+    values, noise = problem.initial, problem.file.study.noise
+    cost = float(TrajectoryObjective(problem, fitted_records(problem), noise).costs(values[None])[0])
+    start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
+    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
+
+
+def _step_share(model: FittedMotion) -> float:
+    """RMS of what half the step changes, times two (Richardson), over the gap."""
+    problem, noise = model.problem, model.problem.file.study.noise
+    rows = [
+        TrajectoryObjective(one, fitted_records(problem), noise).smooth(model.fit.values)
+        for one in (problem, problem.halved)
+    ]
+    return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))

@@ -1,0 +1,104 @@
+"""The study that a search for missing effects ends with: the config as it was written, comments and all, with
+the new numbers and springs, and all values as found.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ruamel.yaml.comments import CommentedMap, CommentedSeq
+
+from identify.core.arrays import Array
+from identify.core.config_paths import relocated
+from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
+from identify.motion.problem import MotionProblem
+
+_WHAT = "discovered"
+_OTHERS = ("candidates", "optimizer", "starts")
+"""Keys that are for a model that is far from its best values."""
+
+
+def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
+    """The study of a problem at parameter values (parameters,), as the text of a file in `folder`."""
+    file = problem.file
+    data = round_trip().load(file.text)
+    if file.path.parent.resolve() != folder.resolve():
+        _move(data, file.path.parent, folder)
+    _rename(data, file.study.name)
+    for key in _OTHERS:
+        data.pop(key, None)
+    noise = {q: flat(v) if isinstance(v, list) else v for q, v in file.study.noise.items()}
+    data["noise"] = in_one_line(noise)
+    told = dict(zip([p.name for p in problem.parameters], values.tolist(), strict=True))
+    _springs(data, problem, told)
+    _numbers(data, problem, values)
+    return yaml_text(data)
+
+
+def _rename(data: Any, name: str) -> None:
+    again = re.fullmatch(rf"(.*_{_WHAT})(\d*)", name)
+    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_{_WHAT}"
+    if "name" in data:
+        data["name"] = new
+    else:
+        data.insert(1, "name", new)
+
+
+def _move(data: Any, old: Path, new: Path) -> None:
+    """Paths relative to one folder become relative to another."""
+    for key in ("urdf", "dh"):
+        if key in data["robot"]:
+            data["robot"][key] = relocated(data["robot"][key], old, new)
+    moved = set[int]()
+    for record in data["records"]:
+        measured = record.get("measured")
+        if measured is not None and id(measured) not in moved:
+            measured["file"] = relocated(measured["file"], old, new)
+            moved.add(id(measured))
+
+
+def _springs(data: Any, problem: MotionProblem, told: Mapping[str, float]) -> None:
+    """All effects with what was found of them."""
+    effects = problem.file.study.effects
+    if not effects:
+        return
+    entries = data.setdefault("effects", CommentedSeq())
+    for number, effect in enumerate(effects):
+        if number == len(entries):
+            entry = effect.model_dump(mode="json", exclude_defaults=True)
+            own = {key: flat(v) if isinstance(v, list) else v for key, v in entry.items()}
+            entries.append(in_one_line({"kind": effect.kind, **own}))
+        for what in ("stiffness", "damping"):
+            if getattr(effect, what).fixed:
+                continue
+            found = [_short(told[f"{name}.{what}"]) for name in effect.free_coordinates(problem.robot)]
+            part = CommentedMap(entries[number].get(what) or {})
+            part.pop("damping_ratio", None)
+            part["initial"] = flat(found)
+            if "bounds" in part:
+                part["bounds"] = flat(part["bounds"])
+            entries[number][what] = in_one_line(part)
+
+
+def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:
+    """All numbers that are searched with what was found of them."""
+    arrays, joints = problem.table.arrays(values[None]), len(problem.robot.joints)
+    parameters = {p.name: p for p in problem.parameters}
+    for where, (free, _) in problem.table.columns.items():
+        *outer, key = where.split(".")
+        part = data
+        for name in outer:
+            part = part[int(name)] if name.isdigit() else part.setdefault(name, CommentedMap())
+        row = [_short(value) for value in arrays[where][0].tolist()]
+        one = parameters[f"joint{free[0] + 1}.{where}"]
+        entry = {"initial": flat(row), "bounds": flat([one.lower, one.upper])}
+        if len(free) < joints:
+            entry["joints"] = flat([int(joint) + 1 for joint in free])
+        part[key] = in_one_line(entry)
+
+
+def _short(value: float) -> float:
+    return float(f"{value:.6g}")

@@ -1,0 +1,124 @@
+"""Springs that a model of motion lacks: classes of coordinates, so stiff to begin with that the step resolves
+them, and the effects that a study names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from identify.core.arrays import Array
+from identify.core.parameters import Values
+from identify.core.text import listed
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.springs import START_HZ, JointSprings
+from identify.motion.changed import with_effects
+from identify.motion.problem import MotionProblem
+from identify.motion.study import MotionCandidate
+
+_STEP, _RESOLVED = 2.5e-4, 0.25
+"""Step of integration, s, at most, and that times the angular frequency at which each spring resonates alone:
+as stiff as can be simulated with ease.
+"""
+_SOFTEST_HZ = 3.0
+"""Alone, no spring of an arm resonates lower."""
+_CLASSES = (("compliance of the gear", ("rz",)), ("tilt compliance", ("rx", "ry")))
+
+
+@dataclass(frozen=True)
+class SpringKind:
+    """Coordinates (n,) of a class that are rigid, and stiffness of each, from which its compliance is near
+    zero, and at which it is as soft as may be.
+    """
+
+    name: str
+    coordinates: tuple[str, ...]
+    stiff: Array
+    soft: Array
+
+    def candidate(self, picked: Sequence[int]) -> MotionCandidate:
+        """As an effect of some of its coordinates."""
+        names = [self.coordinates[n] for n in picked]
+        stiff = {self.coordinates[n]: float(f"{self.stiff[n]:.6g}") for n in picked}
+        bounds = (
+            float(f"{self.soft[list(picked)].min():.3g}"),
+            float(f"{4 * self.stiff[list(picked)].max():.3g}"),
+        )
+        effects: list[JointSprings] = []
+        for place in dict.fromkeys(name.split(".")[0] for name in names):
+            own = [name for name in names if name.startswith(f"{place}.")]
+            values = Values(initial=[stiff[name] for name in own], bounds=bounds)
+            axes = [name.split(".")[1] for name in own]
+            if place == "base":
+                effects.append(BaseCompliance.model_validate({"axes": axes, "stiffness": values}))
+            else:
+                joint = int(place.removeprefix("joint"))
+                told = {"joints": [joint], "axes": axes, "stiffness": values}
+                effects.append(JointCompliance.model_validate(told))
+        return MotionCandidate(name=f"{self.name} ({listed(names)})", effects=effects)
+
+
+def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, MotionProblem]]:
+    """The classes that a problem does not have, each with the problem that has all of it at its stiffest.
+
+    A base whose mass is not known cannot move.
+    """
+    robot, released = problem.robot, set(problem.arm.names)
+    groups = {
+        name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
+    }
+    if robot.links[0].mass > 0:
+        groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
+    told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
+    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
+        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
+    step, found = min(problem.step_s, _STEP), []
+    for name, group in groups.items():
+        own = [coordinate for coordinate in group if coordinate not in released]
+        if not own:
+            continue
+        softer = with_effects(problem, [_usual(coordinate) for coordinate in own], told)
+        usual = {p.name.rpartition(".")[0]: p.initial for p in softer.springs if p.name.endswith("stiffness")}
+        start = np.array([usual[coordinate] for coordinate in own])
+        stiff = _stiffest(softer, own, start, step)
+        soft = (_SOFTEST_HZ / START_HZ) ** 2 * start
+        able = stiff > soft
+        kind = SpringKind(name, tuple(np.array(own)[able]), stiff[able], soft[able])
+        if able.any():
+            effects = kind.candidate(range(len(kind.coordinates))).effects
+            found.append((kind, with_effects(problem, effects, told)))
+    return found
+
+
+def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: float) -> Array:
+    """Stiffness of coordinates (n,) so that a step resolves all modes, from what each has alone: while one is
+    too fast, what bends most in it gives way.
+    """
+    arm, passive = (
+        problem.arm,
+        problem.passive(problem.initial[None], problem.table.arrays(problem.initial[None])),
+    )
+    rows = [arm.names.index(coordinate) for coordinate in own]
+    position = np.zeros(len(arm.names))
+    position[arm.drive] = problem.records[0].command.position[0]
+    mass = arm.mass_matrix(position) + np.diag(passive.armature[0])
+    stiffness, limit = passive.stiffness[0].copy(), _RESOLVED / step
+    stiffness[rows] = start * (limit / (2 * np.pi * START_HZ)) ** 2
+    for _ in range(20 * len(own)):
+        squares, shapes = scipy.linalg.eigh(np.diag(stiffness), mass)
+        bent = stiffness[rows] * shapes[rows, -1] ** 2
+        if squares[-1] <= (1.2 * limit) ** 2 or bent.max() < 0.1 * squares[-1]:
+            break
+        stiffness[rows[int(np.argmax(bent))]] *= limit**2 / squares[-1]
+    return np.asarray(stiffness[rows])
+
+
+def _usual(coordinate: str) -> JointSprings:
+    place, axis = coordinate.split(".")
+    if place == "base":
+        return BaseCompliance.model_validate({"axes": [axis]})
+    return JointCompliance.model_validate({"joints": [int(place.removeprefix("joint"))], "axes": [axis]})

@@ -1,0 +1,89 @@
+"""Recorded motion that is fed into a model: torques and currents by inverse dynamics, as in Kawasaki's Table
+3, of records by `tests.generator`.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.core.errors import InputError
+from identify.motion.evaluate import evaluate_simulation
+from identify.motion.problem import MotionProblem, load_motion
+from identify.motion.study import read_motion_study
+from tests.generator import hidden_motion
+from tests.motion.test_missing import one_joint
+
+
+def study(folder: Path, *, fed: tuple[str, ...] = ("one", "two", "three"), **keys: Any) -> MotionProblem:
+    """A study of an arm with a balancer that it knows, some of its records fed in."""
+    case = one_joint(balancer=np.array([[8.0], [-6.0]]))
+    if not (folder / "motion.yaml").exists():
+        hidden_motion.write(case, folder, np.random.default_rng(5))
+    data = json.loads((folder / "motion.yaml").read_text())
+    data["balancer"] = {"sine": 8.0, "cosine": -6.0}
+    data["noise"] = {"motor_position": hidden_motion.NOISE_RAD, "motor_torque": 1.0}
+    for record in data["records"]:
+        if record["name"] in fed:
+            record["recorded_motion_hz"] = 30.0
+    path = folder / "fed.yaml"
+    path.write_text(json.dumps({**data, **keys}))
+    return load_motion(read_motion_study(path))
+
+
+def torque_rms(problem: MotionProblem, name: str) -> float:
+    return float(evaluate_simulation(problem).records[name].comparisons["motor_torque"].rms[0, 0])
+
+
+def test_torques_are_what_the_recorded_motion_takes(tmp_path: Path) -> None:
+    problem = study(tmp_path)
+    measured = problem.records[0].measured
+    assert measured is not None
+    size = float(np.std(measured.signals["motor_torque"]))
+    right = torque_rms(problem, "one")
+    assert right < 0.1 * size  # noise and what acceleration there is above 30 Hz
+    for keys in ({"friction": {}}, {"balancer": {}}, {"bodies": {"mass": 0.3}}):
+        assert torque_rms(study(tmp_path, **keys), "one") > 2 * right
+
+
+def test_only_torques_are_compared_and_records_stand_in_their_order(tmp_path: Path) -> None:
+    problem = study(tmp_path, fed=("two",))
+    result = evaluate_simulation(problem)
+    assert [set(one.comparisons) for one in result.records.values()] == [
+        {"motor_position", "motor_torque"},
+        {"motor_torque"},
+        {"motor_position", "motor_torque"},
+    ]
+    alone = evaluate_simulation(study(tmp_path, fed=()))
+    for name in ("one", "three"):
+        now, before = (one.records[name].signals["motor_position"].values for one in (result, alone))
+        np.testing.assert_allclose(now, before, atol=1e-12)
+    recorded = problem.records[1].measured
+    assert recorded is not None
+    turned = result.records["two"].signals["motor_position"].values[::4, 0]
+    np.testing.assert_allclose(turned, recorded.signals["motor_position"][:, 0], atol=1e-9)
+
+
+def test_candidates_side_by_side(tmp_path: Path) -> None:
+    free = {"mass": {"initial": 0.0, "bounds": [-0.5, 1.0]}}
+    problem = study(tmp_path, fed=("two",), bodies=free)
+    both = problem.run(np.array([[0.0], [0.3]]), problem.records).torque
+    for row, value in enumerate((0.0, 0.3)):
+        alone = problem.run(np.array([[value]]), problem.records).torque
+        np.testing.assert_allclose(both[3 * row : 3 * row + 3], alone, atol=1e-9)
+
+
+def test_what_cannot_be_fed_in_is_refused(tmp_path: Path) -> None:
+    springs = [{"kind": "joint-compliance", "axes": ["rz"]}]
+    with pytest.raises(InputError, match=r"joint1.rz is elastic; expected a rigid arm"):
+        study(tmp_path, effects=springs)
+    with pytest.raises(
+        InputError, match=r"recorded_motion_hz: 900 Hz at 250 samples a second; expected .* 125"
+    ):
+        data = json.loads((tmp_path / "fed.yaml").read_text())
+        data["records"][0]["recorded_motion_hz"] = 900.0
+        study(tmp_path, effects=[], records=data["records"], fed=())

@@ -1,0 +1,242 @@
+"""What is missing from a study of motion is found without a list: of records by `tests.generator`."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identify.core.errors import InputError, InputErrors
+from identify.core.yaml_input import parse_yaml
+from identify.fitting.fit import Fit, Progress
+from identify.fitting.selection.workbench import Story
+from identify.motion.changed import with_effects, with_numbers
+from identify.motion.judging import FittedMotion, judge
+from identify.motion.missing import screen
+from identify.motion.missing.bench import MissingBench
+from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.lean import needed
+from identify.motion.missing.new_config import study_text
+from identify.motion.missing.noise import with_noise
+from identify.motion.missing.run import run_motion_discover
+from identify.motion.missing.screen import promises
+from identify.motion.numbers import JointNumber
+from identify.motion.problem import MotionProblem, load_motion
+from identify.motion.run import run_motion_fit
+from identify.motion.study import MotionCandidate, read_motion_study
+from identify.motion.trajectory_fit import with_missing
+from tests.generator import hidden_motion
+from tests.generator.hidden_motion import Case, Link
+from tests.motion import arms
+
+NONE = np.zeros(1)
+
+
+def one_joint(**more: Any) -> Case:
+    """An arm of one link in a vertical plane, nothing hidden."""
+    link = Link((0, 0, 0.4), (0, 1, 0), 20.0, (0.25, 0, 0), (0.1, 0.6, 0.6))
+    own = {
+        "heavier": NONE,
+        "rotor": np.array([1.2e-4]),
+        "position_gain": np.array([12.0]),
+        "velocity_gain": np.array([250.0]),
+        "integral": np.array([6.0]),
+        "feedforward": 0.0,
+        "coulomb": np.array([3.0]),
+        "viscous": np.array([3.0]),
+        "gain": np.ones(1),
+        "balancer": np.zeros((2, 1)),
+        "delay_s": NONE,
+    }
+    return Case([link], np.radians([-40.0]), **{**own, **more})
+
+
+@pytest.fixture(autouse=True)
+def short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records of a second, in few steps."""
+    monkeypatch.setattr(hidden_motion, "DURATION_S", 1.0)
+    monkeypatch.setattr(hidden_motion, "PARTS", 3)
+    moved = [
+        {"joint": 1, "start_s": 0.05, "by_deg": 14.0, "speed_deg_s": 70.0, "acceleration_deg_s2": 600.0},
+        {"joint": 1, "start_s": 0.55, "by_deg": -8.0, "speed_deg_s": 30.0, "acceleration_deg_s2": 600.0},
+    ]
+
+    def moves(rng: np.random.Generator, joints: int) -> list[dict[str, Any]]:
+        sign = float(rng.choice([-1.0, 1.0]))
+        own = [{**one, "by_deg": sign * one["by_deg"], "smoothing_s": 0.06} for one in moved]
+        return [{**one, "joint": joint} for one in own for joint in range(1, joints + 1)]
+
+    monkeypatch.setattr(hidden_motion, "moves", moves)
+
+
+def problem_of(case: Case, folder: Path) -> MotionProblem:
+    hidden_motion.write(case, folder, np.random.default_rng(7))
+    return with_noise(load_motion(read_motion_study(folder / "motion.yaml")))[0]
+
+
+def as_it_is(problem: MotionProblem) -> FittedMotion:
+    return FittedMotion(problem, Fit(problem.initial, 1.0, (), np.zeros((0, 5)), 0.0))
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_the_catalogue_promises_what_is_missing_most(tmp_path: Path) -> None:
+    problem = problem_of(one_joint(delay_s=np.array([2e-3])), tmp_path)
+    found = promises(as_it_is(problem))
+    assert found[0].effect.name == "delay of the controller of joint 1"
+    assert found[0].starts["joint1.servo.latency"] == pytest.approx(2e-3, rel=0.3)
+
+
+@pytest.fixture
+def no_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Springs are not looked at, which takes most of the time."""
+    monkeypatch.setattr(screen, "_springs", lambda model: [])
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
+    result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+    assert result.verdict[0].startswith("Nothing is missing that the records can show.")
+    assert written == [tmp_path / "found.h5"]
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_a_balancer_is_found_and_the_better_study_fits(tmp_path: Path) -> None:
+    hidden_motion.write(one_joint(balancer=np.array([[12.0], [-9.0]])), tmp_path, np.random.default_rng(3))
+    result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+    assert result.verdict[0].startswith("Missing: gravity balancer of joint 1 (log odds ")
+    assert result.trials is not None and result.trials.gap[0] > 3
+    assert result.gap < 1.2 and result.gap_validation < 1.2
+    assert result.parameters is not None
+    values = dict(zip(result.parameters.name, result.parameters.value, strict=True))
+    assert values["joint1.balancer.sine"] == pytest.approx(12.0, rel=0.1)
+    rms = result.records["three"].comparisons["motor_position"]
+    assert rms.rms_initial is not None and rms.rms[0, 0] < rms.rms_initial[0, 0]
+    assert written[1] == tmp_path / "found.yaml"
+    again, _ = run_motion_fit(written[1], tmp_path / "again.h5", {})
+    assert again.name == "hidden_discovered"
+    assert again.gap == pytest.approx(result.gap, rel=1e-2)
+
+
+def test_springs_are_written_with_what_was_found(tmp_path: Path) -> None:
+    case = one_joint(
+        stiffness=np.array([4e3]), damping=np.array([8.0]), told={"rigid": True}, link_encoders=True
+    )
+    problem = problem_of(case, tmp_path)
+    [promise] = [p for p in promises(as_it_is(problem)) if "compliance of the gear" in p.effect.name]
+    assert promise.effect.name == "compliance of the gear (joint1.rz)"
+    assert promise.starts["joint1.rz.stiffness"] == pytest.approx(4e3, rel=0.5)
+    softer = with_effects(problem, promise.effect.effects, promise.starts)
+    data = parse_yaml(study_text(softer, softer.initial, tmp_path / "elsewhere"), "new")
+    assert data["effects"][0]["kind"] == "joint-compliance"
+    assert data["effects"][0]["stiffness"]["initial"][0] == pytest.approx(softer.initial[0], rel=1e-5)
+    assert data["robot"]["urdf"] == "../robot.urdf"
+    assert data["records"][0]["measured"]["file"] == "../one.csv"
+
+
+def test_noise_is_told_from_records_where_the_study_says_none(tmp_path: Path) -> None:
+    noise = problem_of(one_joint(tracker=True), tmp_path).file.study.noise
+    assert np.ravel(noise["motor_position"])[0] == pytest.approx(hidden_motion.NOISE_RAD, rel=0.2)
+    assert np.ravel(noise["tool_position"]) == pytest.approx([hidden_motion.NOISE_TOOL_M] * 3, rel=0.2)
+
+
+def test_without_anything_recorded_there_is_nothing_to_discover(tmp_path: Path) -> None:
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(3))
+    data = parse_yaml((tmp_path / "motion.yaml").read_text(), "x")
+    for record in data["records"]:
+        record.pop("measured")
+    (tmp_path / "motion.yaml").write_text(json.dumps(data))
+    with pytest.raises(InputError, match=r"nothing was recorded in a record of `use: fit`"):
+        run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+
+
+def test_a_tracker_counts_from_a_place_of_its_own(tmp_path: Path) -> None:
+    problem = problem_of(one_joint(tracker=True), tmp_path)
+    assert problem.records[2].tool is not None
+    moved = [
+        replace(r, tool=r.tool + np.array([0.3, -2.0, 0.01])) for r in problem.records if r.tool is not None
+    ]
+    gaps = [judge(p, p.initial) for p in (problem, replace(problem, records=tuple(moved)))]
+    assert gaps[0] == pytest.approx(gaps[1], rel=1e-6)
+    assert gaps[0] < 1.2
+
+
+def test_an_effect_that_comes_in_two_joints_one_after_the_other(tmp_path: Path) -> None:
+    """Bounds are those of both, and joints too."""
+    problem = arms.study(tmp_path, arms.three_links())
+    first = {"friction.coulomb": JointNumber(initial=[0.0, 90.0, 0.0], bounds=(0.0, 100.0), joints=[2])}
+    second = {"friction.coulomb": JointNumber(initial=[0.5, 90.0, 0.0], bounds=(0.1, 3.0), joints=[1])}
+    both = with_numbers(with_numbers(problem, first, {}), second, {})
+    assert [(p.name, p.initial) for p in both.parameters] == [
+        ("joint1.friction.coulomb", 0.5),
+        ("joint2.friction.coulomb", 90.0),
+    ]
+    assert {(p.lower, p.upper) for p in both.parameters} == {(0.0, 100.0)}
+
+
+def test_a_joint_whose_amplitude_is_nothing_is_not_needed(tmp_path: Path) -> None:
+    rng = np.random.default_rng(11)
+    case = hidden_motion.drawn(rng, "", False)
+    case.told = {"viscous": np.array([case.viscous[0], 0.0])}
+    hidden_motion.write(case, tmp_path, rng)
+    begun = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
+    present, size = np.array([[case.viscous[0], 0.0]]), np.array([1.0, 1.0])
+    kind = Kind("viscous friction", ("friction.viscous",), present, size)
+    problem = with_numbers(begun, kind.candidate([1, 2]).numbers, {})
+    values = case.viscous.copy()  # the first as the study has it
+    model = FittedMotion(problem, Fit(values, 1.2, (), np.zeros((0, 5)), 0.0))
+    assert needed(model, kind, (0, 1)) == [1]
+
+
+def test_a_candidate_of_a_fit_brings_springs(tmp_path: Path) -> None:
+    told = {"rigid": True}
+    case = one_joint(stiffness=np.array([4e3]), damping=np.array([8.0]), told=told, link_encoders=True)
+    hidden_motion.write(case, tmp_path, np.random.default_rng(7))
+    data = json.loads((tmp_path / "motion.yaml").read_text())
+    data["noise"] = {"motor_position": 1e-5, "link_position": 1e-5, "motor_torque": 0.5}
+    springs = {"stiffness": {"initial": 6e3, "bounds": [1e2, 1e4]}, "damping": {"initial": 8, "fixed": True}}
+    effect = {"kind": "joint-compliance", "axes": ["rz"], **springs}
+    data["friction"]["viscous"] = {"initial": 2.5, "bounds": [0.1, 30.0]}
+    data["candidates"] = [{"name": "a gear that bends", "effects": [effect]}]
+    (tmp_path / "listed.yaml").write_text(json.dumps(data))
+    result, _ = run_motion_fit(tmp_path / "listed.yaml", tmp_path / "found.h5", {})
+    assert result.trials is not None and list(result.trials.kept) == [1.0, 1.0]
+    assert result.records["one"].comparisons["link_position"].initial is not None
+    assert result.parameters is not None
+    values = dict(zip(result.parameters.name, result.parameters.value, strict=True))
+    assert values["joint1.rz.stiffness"] == pytest.approx(4e3, rel=0.02)
+    assert result.gap < 0.2 * result.trials.gap[0]
+
+
+def test_a_candidate_that_brings_nothing_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputErrors, match="has neither numbers nor effects"):
+        arms.study(tmp_path, arms.three_links(), candidates=[{"name": "nothing"}])
+
+
+def test_how_a_joint_creeps_goes_with_its_friction(tmp_path: Path) -> None:
+    problem = arms.study(tmp_path, arms.three_links())
+    bench = MissingBench(problem, Progress())
+    dry = MotionCandidate(name="dry", numbers={"friction.coulomb": JointNumber(initial=1.0, bounds=(0, 9))})
+    own = {"friction.creep_velocity": JointNumber(initial=1e-4, bounds=(1e-5, 1e-3))}
+    creeps = MotionCandidate(name="creeps", numbers=own)
+    assert bench._standing((dry, creeps)) == (dry, creeps)
+    assert bench._standing((creeps,)) == ()
+    rubs = arms.study(tmp_path / "rubs", arms.three_links(), friction={"coulomb": 2.0})
+    assert MissingBench(rubs, Progress())._standing((creeps,)) == (creeps,)
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With steps as long as a slow controller's period, a velocity gain would make up for them."""
+    monkeypatch.setattr(hidden_motion, "PERIOD_S", 2e-3)
+    monkeypatch.setattr(hidden_motion, "PARTS", 6)
+    monkeypatch.setattr(hidden_motion, "EVERY", 2)
+    bench = MissingBench(problem_of(one_joint(), tmp_path), Progress())
+    assert bench.problem.step_s == pytest.approx(2e-3)
+    found = with_missing(bench, Story())
+    assert [trial.name for trial in found.trials if trial.kept] == ["the model as it is"]
+    assert found.problem.step_s < 2e-3
