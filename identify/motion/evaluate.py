@@ -160,7 +160,8 @@ def _record(
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
     comparisons = _comparisons(problem, record, number, motion, first)
     noise = problem.file.study.noise
-    gaps = [c.rms[0] ** 2 / np.square(noise[q]) for q, c in comparisons.items() if q in noise]
+    every = [c.rms[0] ** 2 / np.square(noise[q]) for q, c in comparisons.items() if q in noise]
+    gaps = np.concatenate([one[~np.isnan(one)] for one in every]) if every else np.zeros(0)
     return results.RecordResult(
         name=settings.name,
         use=settings.use if record.measured else "",
@@ -176,7 +177,7 @@ def _record(
         comparisons=comparisons,
         phases=(WHOLE, *settings.phases_s),
         phase_s=np.array([(0.0, settings.duration_s), *settings.phases_s.values()]),
-        gap=float(np.sqrt(np.nanmean(np.concatenate(gaps)))) if gaps else float("nan"),
+        gap=float(np.sqrt(gaps.mean())) if gaps.size else float("nan"),
         **_tool(problem, record, motion.coordinates[number, :ticks], begun),
     )
 

@@ -217,7 +217,9 @@ def beside(quantity: str, seen: Array, measured: Array) -> Array:
     difference = seen - measured
     if quantity != TOOL:
         return difference
-    return np.asarray(difference - np.nanmean(difference, axis=-2, keepdims=True))
+    known = np.isfinite(difference)
+    total = np.sum(difference, axis=-2, keepdims=True, where=known)
+    return np.asarray(difference - total / np.maximum(known.sum(axis=-2, keepdims=True), 1))
 
 
 def _at(values: Array, ticks: Array, time: Array) -> Array:
