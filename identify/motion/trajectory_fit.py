@@ -87,8 +87,7 @@ def _trials(
     """What a round refitted, in the order of the study, or as promising; leaner: what is left of those that
     stayed, by name.
     """
-    order = problem.file.study.candidates or [option.effect for option in step.options]
-    found = []
+    order, found = [*problem.file.study.candidates, *(option.effect for option in step.options)], []
     for option in sorted(step.options, key=lambda option: order.index(option.effect)):
         if option.gain.refitted:
             stayed, name = any(option is one for one in kept), option.effect.name

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,8 @@ import pytest
 from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import parse_yaml
 from identify.fitting.fit import Fit, Progress
-from identify.fitting.selection.workbench import Story
+from identify.fitting.selection.gain import Gain
+from identify.fitting.selection.workbench import Option, Story
 from identify.motion.changed import with_effects, with_numbers
 from identify.motion.judging import FittedMotion, judge
 from identify.motion.missing import screen
@@ -28,7 +30,7 @@ from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.run import run_motion_fit
 from identify.motion.study import MotionCandidate, read_motion_study
-from identify.motion.trajectory_fit import with_missing
+from identify.motion.trajectory_fit import _trials, with_missing
 from tests.generator import hidden_motion
 from tests.generator.hidden_motion import Case, Link
 from tests.motion import arms
@@ -240,3 +242,14 @@ def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytes
     found = with_missing(bench, Story())
     assert [trial.name for trial in found.trials if trial.kept] == ["the model as it is"]
     assert found.problem.step_s < 2e-3
+
+
+def test_what_the_catalogue_found_is_told_beside_candidates_of_the_study() -> None:
+    """A study with a list of its own ended in a traceback after all was found."""
+    own, found = (MotionCandidate.model_construct(name=name) for name in ("listed", "of the catalogue"))
+    model = SimpleNamespace(fit=SimpleNamespace(cost=1.0), gap=2.0)
+    options = tuple(Option(one, model, 1, Gain(9.0, 0.5)) for one in (found, own))
+    problem: Any = SimpleNamespace(file=SimpleNamespace(study=SimpleNamespace(candidates=[own])))
+    step: Any = SimpleNamespace(options=options)
+    told = _trials(problem, 1, step, (options[0],), {})
+    assert [(one.name, one.kept) for one in told] == [("listed", False), ("of the catalogue", True)]
