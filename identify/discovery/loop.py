@@ -74,7 +74,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     looked = [*([] for _ in steps), places] if places else [[] for _ in steps]
     if places:
         criterion = EvidenceCriterion(variance_inflation(state.problem, state.model))
-        steps = [*steps, Step(state.model, (), (), (), criterion, float("nan"))]
+        steps = [*steps, Step(state.model, (), (), (), criterion)]
     added = tuple(step.found[0] for step in steps if step.found)
     odds = tuple(one.probability for one in state.added)
     return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, story.late)
@@ -111,24 +111,22 @@ def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]
     """As if the effects had been added one by one, the most important first, each refitted beside those
     before it.
     """
+    if not state.added:
+        return []
     known, final = first.task.effects, state.model
     effects = [one.effect for one in state.added]
     whole = len(effects) <= _FOLLOWED
     tasks = [Task(known, tuple(effects[:n]), final.values, whole, most) for n in range(1, len(effects))]
-    models = [*workers.run(tasks, "the path"), final] if effects else []
+    models = [*workers.run(tasks, "the path"), final]
     criterion = EvidenceCriterion(variance_inflation(state.problem, final))
     steps, before = list[Step](), first
     for one, model in zip(state.added, models, strict=True):
         # Models of few lines and of all have no odds over each other: these are those of the fits.
         gain = replace(criterion.gain(before, model), log_odds=one.evidence)
         option = Option(one.effect, model, max(model.free - before.free, 0), gain)
-        rivals = tuple(
-            Option(
-                rival.effect, rival.model, option.size, replace(gain, log_odds=one.evidence + rival.log_odds)
-            )
-            for rival in one.rivals
-        )
-        steps.append(Step(before, (option, *rivals), (option,), rivals, criterion, gain.explained))
+        odds = [(rival, replace(gain, log_odds=one.evidence + rival.log_odds)) for rival in one.rivals]
+        rivals = tuple(Option(rival.effect, rival.model, option.size, own) for rival, own in odds)
+        steps.append(Step(before, (option, *rivals), (option,), rivals, criterion))
         before = model
     return steps
 

@@ -279,13 +279,11 @@ class RecordWorkbench:
 
     def pair(
         self, step: MotionStep, screened: Sequence[MotionAttempt], banned: Sequence[MotionEffect]
-    ) -> tuple[tuple[MotionOption, ...], float] | None:
+    ) -> tuple[MotionOption, ...] | None:
         """Two effects at one joint that pass together, the likelier first; None where no pair does.
 
         Harmonics hide nothing and are not tried.
         """
-        if step.found:
-            return None
         options = {option.effect: option for option in step.options}
         singles = [options[one.effect] for one in screened if not one.effect.harmonic]
         singles.sort(key=lambda option: -option.gain.explained)
@@ -302,7 +300,7 @@ class RecordWorkbench:
             return None
         first, attempt = best
         gain = criterion.gain(first.model, attempt.model)
-        return (first, Option(attempt.effect, attempt.model, attempt.size, gain)), most
+        return first, Option(attempt.effect, attempt.model, attempt.size, gain)
 
     def _pairs(
         self, singles: Sequence[MotionOption], effects: Sequence[MotionEffect]
@@ -345,14 +343,6 @@ class RecordWorkbench:
     def size(self, model: Fit, effect: MotionEffect) -> int:
         """Coefficients, and parameters inside the columns."""
         return len(effect.coefficients) + len(effect.parameters(self.fitted.scene))
-
-    def variants(self, model: Fit) -> list[MotionAttempt]:
-        """None: richer effects are candidates of their own."""
-        return []
-
-    def at_noise(self, model: Fit) -> bool:
-        """Never asked: effects are added as long as one passes."""
-        return False
 
     def standing(self, model: Fit) -> str:
         """RMS residual per joint on the judging record."""

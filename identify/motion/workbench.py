@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from identify.core.thresholds import QUIET
 from identify.fitting.fit import Progress, fit
 from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
@@ -94,7 +93,7 @@ class MotionWorkbench:
 
     def pair(
         self, step: TrialStep, screened: Sequence[Trial], banned: Sequence[MotionCandidate]
-    ) -> tuple[tuple[TrialOption, ...], float] | None:
+    ) -> tuple[TrialOption, ...] | None:
         """None: every pair would be a fit; effects that hide each other can be one candidate of the study."""
         return None
 
@@ -129,14 +128,6 @@ class MotionWorkbench:
     def size(self, model: FittedMotion, effect: MotionCandidate) -> int:
         """Number of free parameters that the model has no more without the effect."""
         return model.free - free_parameters(self._problem(others(model, effect), model))
-
-    def variants(self, model: FittedMotion) -> list[Trial]:
-        """None: other forms are candidates of their own."""
-        return []
-
-    def at_noise(self, model: FittedMotion) -> bool:
-        """Whether the gap on the records that judge is that of noise."""
-        return model.gap <= QUIET
 
     def standing(self, model: FittedMotion) -> str:
         """The gap on the fitted records and on those that judge."""

@@ -227,7 +227,6 @@ class TestSentences:
             options[:1] if options and options[0].gain.log_odds > CONVINCING else (),
             alike,
             EvidenceCriterion(1.0),
-            0.0,
         )
 
     def test_nothing_missing(self) -> None:

@@ -4,7 +4,7 @@ evidence, its rivals named.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
@@ -32,10 +32,9 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
     groups = [group for group in bench.refit(before, promising) if group]
     criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
     options = ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
-    chosen = choice(bench.policy, options, bench.at_noise)
-    explained = chosen[0].gain.explained if chosen else 0.0
-    step = Step(before, tuple(options), chosen, (), criterion, explained)
-    if not chosen or explained < bench.policy.pair_below:
+    chosen = choice(bench.policy, options)
+    step = Step(before, tuple(options), chosen, (), criterion)
+    if not chosen:
         step = _with_pair(bench, step, screened, banned)
     if step.best is not None and bench.policy.rivals_each:
         others = [option for option in step.options if option not in step.found]
@@ -54,19 +53,16 @@ def ranked(options: Sequence[Option[E, M]]) -> list[Option[E, M]]:
     return sorted(options, key=lambda option: -option.gain.log_odds)
 
 
-def choice(
-    policy: Policy, options: Sequence[Option[E, M]], at_noise: Callable[[M], bool] = lambda model: False
-) -> tuple[Option[E, M], ...]:
+def choice(policy: Policy, options: Sequence[Option[E, M]]) -> tuple[Option[E, M], ...]:
     """The best of the options that are admitted; nothing where none is.
 
     The likeliest, or the smallest of those that explain about as much as the best one, where a policy asks
-    for that and none of the models is at noise, where evidence is exact.
+    for that.
     """
     admitted = [option for option in options if policy.admit.holds(option.gain)]
-    most = max((option.gain.explained for option in admitted), default=0.0)
-    exact = most >= policy.parsimony_below or any(at_noise(option.model) for option in admitted)
-    if not admitted or policy.parsimony is None or exact:
+    if not admitted or policy.parsimony is None:
         return tuple(ranked(admitted)[:1])
+    most = max(option.gain.explained for option in admitted)
     alike = [option for option in admitted if option.gain.explained >= policy.parsimony * most]
     return (min(alike, key=lambda option: (option.size, -option.gain.log_odds)),)
 
@@ -97,9 +93,8 @@ def _with_pair(
     bench: Workbench[E, M], step: Step[E, M], screened: Sequence[Attempt[E, M]], banned: Sequence[E]
 ) -> Step[E, M]:
     """The step with what a pair says where it says more."""
-    pair = bench.pair(step, screened, banned)
-    if pair is None:
+    found = bench.pair(step, screened, banned)
+    if found is None:
         return step
-    found, promise = pair
     options = ranked([*step.options, *(option for option in found if option not in step.options)])
-    return replace(step, options=tuple(options), found=found, promise=promise)
+    return replace(step, options=tuple(options), found=found)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 from collections.abc import Callable, Sequence
@@ -52,8 +51,6 @@ class Option(Attempt[E, M]):
 class Step(Generic[E, M]):
     """What one turn found: the model before; all options, best first; what was chosen (two where only a pair
     is enough); what the data cannot tell from it; how it was judged.
-
-    promise: the largest explained fraction seen, of what was chosen or of it together with another.
     """
 
     before: M
@@ -61,7 +58,6 @@ class Step(Generic[E, M]):
     found: tuple[Option[E, M], ...]
     rivals: tuple[Option[E, M], ...]
     criterion: Criterion[M]
-    promise: float
 
     @property
     def best(self) -> Option[E, M] | None:
@@ -85,11 +81,6 @@ class Story:
     def late(self) -> bool:
         """Whether the time that was given is over: what has been found so far is the result."""
         return time.monotonic() > self.until
-
-    def one_more(self) -> Callable[[], None]:
-        """What tells of one more attempt each time it is called, of nobody knows how many."""
-        count = itertools.count(1)
-        return lambda: self.done(next(count), 0)
 
 
 class Workbench(Protocol[E, M]):
@@ -117,7 +108,7 @@ class Workbench(Protocol[E, M]):
         """Those that may win."""
 
     def refit(self, model: M, promising: Sequence[Attempt[E, M]]) -> list[list[Attempt[E, M]]]:
-        """For each promising one, what it is refitted, with its variants where they are tried; what has no
+        """For each promising one, what it is refitted, in other forms too where these are tried; what has no
         solution is left out.
         """
 
@@ -129,10 +120,8 @@ class Workbench(Protocol[E, M]):
 
     def pair(
         self, step: Step[E, M], screened: Sequence[Attempt[E, M]], banned: Sequence[E]
-    ) -> tuple[tuple[Option[E, M], ...], float] | None:
-        """What to choose where two effects hide each other, and what they explain together; None where no
-        pair is better than what the step has.
-        """
+    ) -> tuple[Option[E, M], ...] | None:
+        """What to choose where two effects hide each other; None where no pair passes."""
 
     def settled(self, model: M) -> M:
         """A chosen model, fitted as well as it can be."""
@@ -154,12 +143,6 @@ class Workbench(Protocol[E, M]):
 
     def size(self, model: M, effect: E) -> int:
         """Number of free parameters that an effect of a model has."""
-
-    def variants(self, model: M) -> list[Attempt[E, M]]:
-        """The model with one of its added effects in another variant, for every such variant, refitted."""
-
-    def at_noise(self, model: M) -> bool:
-        """Whether nothing is left to explain."""
 
     def standing(self, model: M) -> str:
         """How far a model is from the data, as part of a sentence: `gap 1.02`."""
