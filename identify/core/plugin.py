@@ -83,6 +83,15 @@ def note_broken(error: PluginError) -> None:
 
 
 @contextlib.contextmanager
+def left_out_where_broken() -> Iterator[None]:
+    """What a package cannot do inside is left out, and said."""
+    try:
+        yield
+    except PluginError as error:
+        note_broken(error)
+
+
+@contextlib.contextmanager
 def guard(name: str) -> Iterator[None]:
     """What happens inside is a package's: its errors name it, and it prints to standard error.
 

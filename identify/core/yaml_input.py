@@ -89,6 +89,16 @@ def yaml_text(data: Any) -> str:
     return text.getvalue()
 
 
+def renamed(data: Any, name: str, what: str) -> None:
+    """Give the data of a study called `name` the name of what it is now: arm_fitted, then arm_fitted2."""
+    again = re.fullmatch(rf"(.*_{what})(\d*)", name)
+    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_{what}"
+    if "name" in data:
+        data["name"] = new
+    else:
+        data.insert(1, "name", new)
+
+
 def in_one_line(data: Mapping[str, Any]) -> CommentedMap:
     """A mapping that is written in one line: {a: 1, b: 2}."""
     entry = CommentedMap(data)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from identify.core.plugin import PluginError, note_broken
+from identify.core.plugin import left_out_where_broken
 from identify.core.thresholds import QUIET
 from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.discovery.evidence import CLOSED, above_noise, closed
@@ -48,24 +48,18 @@ def _candidates(state: State) -> Iterator[Effect]:
     """At the coordinates where any torque would explain most."""
     problem = with_effects(state.problem, state.effects, state.model.values)
     gaps = torque_gaps(problem.targets().frf, problem.initial)
-    near = sorted(gaps, key=lambda name: gaps[name])
-    places = list[list[str]]()
-    every = [effect for effect in _of_amplitude(problem) if effect.coordinates(problem.robot)]
-    for name in near:
-        own = [effect for effect in every if name in effect.coordinates(problem.robot)]
-        if own and len(places) < _NEAREST:
-            places.append([name])
-            yield from own
+    every = list(_of_amplitude(problem))
+    there = {name for effect in every for name in effect.coordinates(problem.robot)}
+    near = [name for name in sorted(gaps, key=lambda one: gaps[one]) if name in there]
+    for name in near[:_NEAREST]:
+        yield from (effect for effect in every if name in effect.coordinates(problem.robot))
 
 
 def _of_amplitude(problem: Problem) -> Iterator[Effect]:
     for kind in EFFECTS.usable().values():
-        if not kind.of_amplitude:
-            continue
-        try:
-            yield from kind.instances(problem.robot, problem.points)
-        except PluginError as error:
-            note_broken(error)
+        if kind.of_amplitude:
+            with left_out_where_broken():
+                yield from kind.instances(problem.robot, problem.points)
 
 
 def _with_impacts(workers: Workers, state: State) -> State:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from identify.core.plugin import PluginError, note_broken
+from identify.core.plugin import left_out_where_broken
 from identify.explain.effects.base import MOTION_EFFECTS, MotionEffect, Target
 from identify.explain.recorded_motion import RecordedMotion
 
@@ -22,8 +22,6 @@ def candidates(
         else {kind: MOTION_EFFECTS.get(kind, "effects") for kind in kinds}
     )
     for cls in chosen.values():
-        try:
+        with left_out_where_broken():
             found += cls.instances(scene) if cls.target == target else []
-        except PluginError as error:
-            note_broken(error)
     return found

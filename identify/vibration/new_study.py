@@ -4,13 +4,12 @@ a name of its own.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from identify.core.config_paths import relocate_measurement, relocated
-from identify.core.yaml_input import round_trip
+from identify.core.yaml_input import renamed, round_trip
 from identify.vibration.study import StudyFile
 
 _PATHS = (
@@ -30,18 +29,9 @@ def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, flo
     data = round_trip().load(file.text)
     if file.path.parent.resolve() != folder.resolve():
         _move(data, file.path.parent, folder)
-    _rename(data, file.study.name, what)
+    renamed(data, file.study.name, what)
     data["initial"] = {name: float(f"{value:.6g}") for name, value in values.items()}
     return data
-
-
-def _rename(data: Any, name: str, what: str) -> None:
-    again = re.fullmatch(rf"(.*_{what})(\d*)", name)
-    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_{what}"
-    if "name" in data:
-        data["name"] = new
-    else:
-        data.insert(1, "name", new)
 
 
 def _move(data: Any, old: Path, new: Path) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from identify.core.parameters import Values
-from identify.core.plugin import PluginError, note_broken
+from identify.core.plugin import left_out_where_broken
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import EFFECTS, Effect
@@ -77,16 +77,13 @@ def _of_all(problem: Problem) -> Iterator[Effect]:
     for kind in EFFECTS.usable().values():
         if not kind.of_measurement:
             continue
-        try:
+        with left_out_where_broken():
             instances = kind.instances(problem.robot, problem.points)
             every = [one for one in instances if _at_no_place(one.places(problem.robot, problem.points))]
             site = problem.measurements[0].system.site
             terms = [term for one in every for term in one.terms(problem.robot, site, "")]
-        except PluginError as error:
-            note_broken(error)
-            continue
-        if terms and all(term.parameter.initial == 0 for term in terms):
-            yield from every
+            if terms and all(term.parameter.initial == 0 for term in terms):
+                yield from every
 
 
 def _at_no_place(places: Sequence[Place]) -> bool:

@@ -17,7 +17,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError, InputErrors
-from identify.core.plugin import PluginError, note_broken
+from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.evidence import price, solved
@@ -145,15 +145,12 @@ def _instances(problem: Problem) -> Iterator[list[Effect]]:
         late = kind.of_amplitude or kind.needs_levels or kind.last_resort or kind.of_measurement
         if late or kind.consistent_mass is not Effect.consistent_mass:
             continue
-        try:
+        with left_out_where_broken():
             every = list(kind.instances(problem.robot, problem.points))
             freed = [one.free_coordinates(problem.robot) for one in every]
-        except PluginError as error:
-            note_broken(error)
-            continue
-        free = [one for one, names in zip(every, freed, strict=True) if not own & set(names)]
-        if rest := [one for one in free if one not in present]:
-            yield rest
+            free = [one for one, names in zip(every, freed, strict=True) if not own & set(names)]
+            if rest := [one for one in free if one not in present]:
+                yield rest
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ the new numbers and springs, and all values as found.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +12,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
-from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
+from identify.core.yaml_input import flat, in_one_line, renamed, round_trip, yaml_text
 from identify.motion.problem import MotionProblem
 
 _WHAT = "discovered"
@@ -27,7 +26,7 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     data = round_trip().load(file.text)
     if file.path.parent.resolve() != folder.resolve():
         _move(data, file.path.parent, folder)
-    _rename(data, file.study.name)
+    renamed(data, file.study.name, _WHAT)
     for key in _OTHERS:
         data.pop(key, None)
     noise = {q: flat(v) if isinstance(v, list) else v for q, v in file.study.noise.items()}
@@ -36,15 +35,6 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     _springs(data, problem, told)
     _numbers(data, problem, values)
     return yaml_text(data)
-
-
-def _rename(data: Any, name: str) -> None:
-    again = re.fullmatch(rf"(.*_{_WHAT})(\d*)", name)
-    new = f"{again[1]}{int(again[2] or 1) + 1}" if again else f"{name}_{_WHAT}"
-    if "name" in data:
-        data["name"] = new
-    else:
-        data.insert(1, "name", new)
 
 
 def _move(data: Any, old: Path, new: Path) -> None:
