@@ -63,18 +63,17 @@ class TrialRunner:
         if not task.whole:
             problem, values, cost = self._on_few_lines(task)
         else:
-            begun = task
-            if _incomplete(with_effects(self.whole, task.effects, task.values), task):
-                problem, values, _ = self._on_few_lines(task)
-                begun = replace(task, values=_named(problem, values))
-            problem = self._model(self.whole, begun)
+            problem = with_effects(self.whole, task.effects, task.values)
+            if any(p.name not in task.values for p in problem.parameters if p.free):
+                thin, values, _ = self._on_few_lines(task)
+                problem = with_effects(self.whole, task.effects, _named(thin, values))
             values, cost = fitted(problem, retimed(problem, problem.initial), task.steps, _ALL_LINES)
         count, found = count_of(problem, "fit"), {**task.values, **_named(problem, values)}
         squares, validation = self._elsewhere(problem, task, found) if task.whole else (float("nan"), 0)
         return Trial(task, found, cost**2 * count, count, squares, validation, free_of(problem))
 
     def _on_few_lines(self, task: Task) -> tuple[Problem, Array, float]:
-        problem = self._model(self.thin, task)
+        problem = with_effects(self.thin, task.effects, task.values)
         return problem, *fitted(
             problem, best_of(problem, self._starts(problem, task)), task.steps, _FEW_LINES
         )
@@ -84,16 +83,13 @@ class TrialRunner:
         of one more fit.
         """
         if not self.whole.validated:
-            problem = self._model(self.kept, replace(task, values=found))
+            problem = with_effects(self.kept, task.effects, found)
             values = fitted(problem, problem.initial, _REDUCED, _FEW_LINES)[0]
         else:
             values = problem.at(found)
         if not count_of(problem, "validate"):
             return float("nan"), 0
         return predictive_squares(problem, fitted_information(problem, values), values)
-
-    def _model(self, problem: Problem, task: Task) -> Problem:
-        return with_effects(problem, task.effects, task.values)
 
     def _starts(self, problem: Problem, task: Task) -> Array:
         """(m, parameters): what has a value begins there, what is new goes over its grid, effect by
@@ -109,11 +105,6 @@ class TrialRunner:
                 found.append(np.repeat(problem.initial[None], len(grid), axis=0))
                 found[-1][:, new] = grid
         return np.concatenate(found) if found else problem.initial[None]
-
-
-def _incomplete(problem: Problem, task: Task) -> bool:
-    """Whether some parameters have no value to start from."""
-    return any(p.name not in task.values for p in problem.parameters if p.free)
 
 
 def best_of(problem: Problem, starts: Array) -> Array:

@@ -49,15 +49,8 @@ class SemiParametricFit:
     @property
     def fall(self) -> float:
         """Fall of the gap beyond what so many unknowns may take out of noise that is common to channels."""
-        return self._fall_to(self.squares)
-
-    @property
-    def fall_foreseen(self) -> float:
-        """The same after one more linear step of everything, if all were linear."""
-        return self._fall_to(max(self.squares - self.normal.promised, 0.0))
-
-    def _fall_to(self, squares: float) -> float:
-        return self.gap_before - float(np.sqrt((squares + COMMON * self.unknowns) / max(self.count, 1)))
+        left = (self.squares + COMMON * self.unknowns) / max(self.count, 1)
+        return self.gap_before - float(np.sqrt(left))
 
     @property
     def gap(self) -> float:

@@ -19,7 +19,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.nuisances.settings import FORMS_ALONE
-from identify.vibration.problem import Problem, with_effects, with_uncertainty
+from identify.vibration.problem import Problem, uncertain_as, with_effects, with_uncertainty
 from identify.vibration.uncertainty import gap
 
 
@@ -83,8 +83,7 @@ def _unseen(
     """The gap that effects and values leave on the study's data for validation, with what was found to be
     uncertain.
     """
-    if found.file.study.uncertainty == FORMS_ALONE and study.file.study.uncertainty is None:
-        study = with_uncertainty(study, FORMS_ALONE)
+    study = uncertain_as(study, found)
     model = with_effects(study, [*state.effects, *effects], {**state.model.values, **values})
     return gap(model.targets("validate"), model.initial)
 

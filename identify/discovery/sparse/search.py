@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -266,7 +267,17 @@ class _Quadratic:
 
     def gain(self, units: Sequence[Unit]) -> float:
         """What some units would gain beside what is present, in units of log likelihood with a free scale."""
-        return self._step(self._moving(units))[1] - self._step(self.present)[1]
+        return self._step(self._moving(units))[1] - self._by_itself
+
+    @cached_property
+    def _by_itself(self) -> float:
+        """What the fit gains without anything new."""
+        return self._step(self.present)[1]
+
+    @cached_property
+    def _objective(self) -> tuple[Array, Array]:
+        """Curvature (f, f) and slope (f,)."""
+        return self.fit.quadratic(self.x, self.local)
 
     def there(self, units: Sequence[Unit]) -> dict[str, float]:
         """Values of the unknowns that move where some units are, by name."""
@@ -282,7 +293,7 @@ class _Quadratic:
 
     def _step(self, moving: Mask) -> tuple[Array, float]:
         """(f,) of those that move, and what it gains."""
-        curvature, slope = self.fit.quadratic(self.x, self.local)
+        curvature, slope = self._objective
         lower, upper = (side - self.x for side in self.fit.unknowns.limits)
         own, change = np.ix_(moving, moving), np.zeros(len(self.x))
         size = np.diag(curvature)[moving]

@@ -152,13 +152,6 @@ class Effect(BaseModel, ABC):
         return 0
 
     @property
-    def valleys(self) -> int:
-        """From how many starts discovery follows it to the end where it begins afresh: more than one where
-        its parameters go together along a curve, in which a search gets stuck.
-        """
-        return 1
-
-    @property
     def changes_site(self) -> bool:
         """Whether it brings coordinates or mass of its own; if not, it acts on the site of the others."""
         bringing = ("added_coordinates", "consistent_mass")

@@ -78,13 +78,6 @@ class Springs(Effect):
         """For example: rx, ry, coupled."""
         return ", ".join([*self.axes, *(["coupled"] if self.coupled else [])])
 
-    @property
-    def valleys(self) -> int:
-        """Three of a coupled pair: a soft direction beside a stiff one is a small difference of its
-        parameters.
-        """
-        return 3 if self.coupled else 1
-
     def variants(self) -> list[Self]:
         """Each of its axes alone, and pairs that are coupled or not, the other way round."""
         if len(self.axes) < 2:
