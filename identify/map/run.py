@@ -72,7 +72,7 @@ def run_map(
     fitted = fitted_model(fit, str(model))
     found = asked_of(fitted, options)
     like, node = [str(one.resolve()) for one in (model, *options.like)], hit_node(fitted, found.point)
-    what = unknown(like, node)
+    what = _learned(tuple(like), node, model.stat().st_mtime_ns)  # once, where this process maps too
     names, postures = found.names, found.postures
     folder = path.with_name(f"{path.stem}_parts")
     asked: dict[str, object] = {
