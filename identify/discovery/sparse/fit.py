@@ -10,6 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.evidence import price
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.discovery.thinned import below
@@ -51,6 +52,16 @@ class Found:
     def problem(self) -> Problem:
         """With all effects."""
         return self.unknowns.problem
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the marginal likelihood but for a constant: errors of what was told integrated out
+        (Laplace), half ln N for each of the other unknowns.
+        """
+        error = self.unknowns.nuisances
+        known = self.product[:-1, :-1][np.ix_(error, error)] / max(self.gap, 1.0) ** 2
+        volume = np.linalg.slogdet(known + np.eye(len(known)))[1]
+        return float(-self.unpriced - 0.5 * volume - price(self.unknowns.count) * np.sum(~error))
 
     @property
     def values(self) -> dict[str, float]:

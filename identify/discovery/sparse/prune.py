@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,9 +27,23 @@ Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
 """The gap on data that are not fitted."""
 
 
-def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found, dict[str, float], float]:
-    """The fit without units that the data do not ask for, its prices gone; log odds of those that stay,
-    by unit; how much the residuals' correlation inflates variances.
+class Pruned(NamedTuple):
+    """A fit of units that have evidence: log odds of each, and how much the residuals' correlation inflates
+    variances.
+    """
+
+    found: Found
+    evidence: dict[str, float]
+    inflated: float
+
+    @property
+    def closed(self) -> bool:
+        """Whether it leaves nothing open."""
+        return self.found.gap < CLOSED
+
+
+def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
+    """The fit without units that the data do not ask for, its prices gone.
 
     Where a gap stays, units go the least supported first, a quarter of them at most before all others are
     fitted again: what is weak beside another may be strong without it.  Of all models on the way the
@@ -54,8 +69,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> tuple[Found,
     if not seen:
         path.append((refitted(found, []), {}))
     if unseen is not None and path[-1][0].gap >= CLOSED:
-        return *smallest_that_predicts(path, unseen), inflated
-    return *path[-1], inflated
+        return Pruned(*smallest_that_predicts(path, unseen), inflated)
+    return Pruned(*path[-1], inflated)
 
 
 def smallest_that_predicts(

@@ -35,7 +35,7 @@ from identify.discovery.sparse.fit import Found, begun, dense_fit, gone_on, of_u
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Local, Penalised
-from identify.discovery.sparse.prune import SEEN, Say, Unseen, costs_of_dropping, pruned
+from identify.discovery.sparse.prune import SEEN, Pruned, Say, Unseen, costs_of_dropping, pruned
 from identify.discovery.sparse.unknowns import Unit
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -75,14 +75,17 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     story = story or Story()
     say, stated = story.say, bool(problem.nuisances.entries)  # masses may be off by what was stated
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    structure = tuple(all_springs(problem, shrink=True))
+    structure, models = tuple(all_springs(problem, shrink=True)), list[Pruned]()
     if not stated:
-        few = pruned(
-            _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1), say, unseen
-        )
-        if story.late or (few[0].gap < CLOSED and len(few[1]) <= _FEW):
-            return _said(*few, unseen, say)
-    fits = [_further(dense_fit(bending, structure, usual=True, until=story.until), story)]
+        rigid = dense_fit(problem, structure, usual=False, until=story.until)
+        models.append(pruned(_further(rigid, story, 1), say, unseen))
+        if story.late or (models[0].closed and len(models[0].evidence) <= _FEW):
+            return _said(models[0], unseen, say)
+    closed = [one for one in models if one.closed]
+    fit = dense_fit(bending, structure, usual=True, until=story.until)
+    fits = [_further(fit, story, 1 if closed else _MOST_ENTERED)]
+    if closed and _open(fits):
+        return _said(closed[0], unseen, say)
     if _open(fits) and not story.late:
         more = (*structure, *instruments(problem))
         fits.append(dense_fit(problem, more, usual=True, until=story.until))
@@ -91,7 +94,8 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
         fits.append(_further(other, story) if other.objective < fits[0].objective else other)
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-    return _said(*pruned(best, say, unseen), unseen, say)
+    likeliest = max([*closed, pruned(best, say, unseen)], key=lambda one: one.found.log_evidence)
+    return _said(likeliest, unseen, say)
 
 
 def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
@@ -334,14 +338,12 @@ def _parts(found: Found, bent: set[str]) -> dict[str, float]:
     return more
 
 
-def _said(
-    kept: Found, evidence: dict[str, float], inflated: float, unseen: Unseen | None, say: Say
-) -> Explained:
-    worth = {}
-    if unseen is not None and kept.gap >= CLOSED and not kept.late:
-        worth = costs_of_dropping(kept, inflated, unseen)
+def _said(kept: Pruned, unseen: Unseen | None, say: Say) -> Explained:
+    worth, found = {}, kept.found
+    if unseen is not None and not kept.closed and not found.late:
+        worth = costs_of_dropping(found, kept.inflated, unseen)
         say("Effects are ranked by what leaving each out costs on data that are not fitted.")
-    return Explained(named(kept, evidence, inflated, worth), kept.values, kept.study)
+    return Explained(named(found, kept.evidence, kept.inflated, worth), found.values, found.study)
 
 
 def _objective(fit: Found) -> float:

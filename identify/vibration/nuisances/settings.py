@@ -229,7 +229,7 @@ _LEVELS: dict[str, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.05},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.1, "mass": 0.05, "ends": 0.05},
+        "flexible_links": {"shape": 0.2, "mass": 0.1, "ends": 0.05},
     },
     "typical": {
         "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
@@ -239,7 +239,7 @@ _LEVELS: dict[str, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.1},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.1, "mass": 0.05, "ends": 0.05},
+        "flexible_links": {"shape": 0.2, "mass": 0.1, "ends": 0.05},
     },
 }
 """What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and
