@@ -1,24 +1,26 @@
 """What enters by a shape of its own, such as a resonator: scored at amplitude zero, without a refit.
 
 An effect whose matrices are all multiplied by t, with E those of its own coordinates, A those of the
-others and B between them, changes the FRFs by dH/dt = -s^p S G (A - B E^-1 B') G B at t = 0.  With what is
-in the model already projected out, the best t and the fall of squares follow (score test: Rao, Proc.
-Cambridge Phil. Soc. 44 (1948) 50-57).
+others and B between them, changes the FRFs by dH/dt = -s^p S G (A - B E^-1 B') G B at t = 0.  Without
+coordinates of its own, each of its parameters has such a t.  With what is in the model already projected
+out, the best t and the fall of squares follow (score test: Rao, Proc. Cambridge Phil. Soc. 44 (1948) 50-57).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.errors import InputError, InputErrors
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
+from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised
@@ -30,11 +32,13 @@ from identify.vibration.costs.information import Rows, each_set, over_noise, row
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 
-_FREQUENCIES, _DAMPED = 32, 2.0
+_FREQUENCIES, _WIDER = 32, 2.0
 """At which a body on a spring is tried over the band, with so many times its own damping, so that no peak
 falls between two.
 """
-_RANK = 1e-9
+_DAMPED, _RANK = 1e-3, 1e-9
+"""Steps of parameters that do nothing stay small."""
+_ROLES = ("stiffness", "damping", "mass", "hysteretic")
 
 
 @dataclass(frozen=True)
@@ -89,11 +93,11 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, model in _models(problem, _instances(problem)):
-        shapes = [_shapes(model, number) for number in range(-len(some), 0)]
+        shapes = [_shapes(model, problem, number) for number in range(-len(some), 0)]
         systems = [model.measurements[n].system for n in fitted]
-        parts = each(partial(_crossed, shapes=shapes), list(zip(sets, systems, strict=True)))
-        crossed, own, pull = (np.sum(one, axis=0) for one in zip(*parts, strict=True))
-        found += _best(some, shapes, model, (crossed, own, pull), beside)
+        parts = each(partial(_scored, shapes=shapes), list(zip(sets, systems, strict=True)))
+        for effect, shape, own in zip(some, shapes, zip(*parts, strict=True), strict=True):
+            found += _best(effect, shape, model, _Score.of_all(own), beside)
     each_costs, of_kind = price(beside.fit.count), dict[str, Candidate]()
     for one in sorted(found, key=lambda one: each_costs * len(one.values) - one.gain):
         of_kind.setdefault(one.effect.kind, one)
@@ -155,18 +159,25 @@ def _instances(problem: Problem) -> Iterator[list[Effect]]:
 
 @dataclass(frozen=True)
 class _Shape:
-    """An effect of a model: numbers of its parameters there, and the values (m, terms) that it is tried
-    with.
+    """An effect of a model: numbers of its parameters there, the values (m, terms) that it is tried with,
+    and whether these add up: each row may be taken as often as it likes beside the others.
     """
 
     numbers: Index
     starts: Array
+    adding: bool = False
 
 
-def _shapes(model: Problem, which: int) -> _Shape:
-    _, numbers = model.measurements[0].system.effects[which]
+def _shapes(model: Problem, problem: Problem, which: int) -> _Shape:
+    """Of an effect of a model beyond the problem."""
+    system, present = model.measurements[0].system, problem.measurements[0].system
+    numbers = system.effects[which][1]
     own = [model.parameters[n] for n in numbers]
     start = np.array([p.initial for p in own])
+    touched = _touched({role: system.terms[role][numbers] for role in _ROLES})
+    if {system.coordinates[n] for n in np.flatnonzero(touched)} <= set(present.coordinates):
+        usual = {p.unit: max(q.initial for q in own if q.unit == p.unit) for p in own}
+        return _Shape(numbers, np.diag([usual[p.unit] or 1.0 for p in own]), adding=True)
     damped = np.array([".damping" in p.name for p in own])
     stiff = np.array([".stiffness" in p.name for p in own])
     masses = np.array([p.name.endswith(".mass") for p in own])
@@ -176,7 +187,7 @@ def _shapes(model: Problem, which: int) -> _Shape:
         usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
         faster = np.geomspace(low, high, _FREQUENCIES) / usual
         rows = [
-            np.where(stiff, row * f**2, np.where(damped, _DAMPED * row * f, row))
+            np.where(stiff, row * f**2, np.where(damped, _WIDER * row * f, row))
             for row in rows
             for f in faster
         ]
@@ -188,31 +199,41 @@ def _band(model: Problem) -> tuple[float, float]:
     return min(one[0] for one in lines), max(one[-1] for one in lines)
 
 
-def _crossed(pair: tuple[About, System], shapes: Sequence[_Shape]) -> tuple[Array, Array, Array]:
-    """Of every start of every shape (k,): J'd (f, k), d'd and d'r, d what it changes in units of noise."""
+class _Score(NamedTuple):
+    """Of changes d by each of k starts of a shape, in units of noise: J'd (f, k), d'd (k, k), d'r (k,)."""
+
+    crossed: Array
+    own: Array
+    pull: Array
+
+    @classmethod
+    def of_all(cls, sets: Sequence[_Score]) -> _Score:
+        """Of several sets together."""
+        return cls(*(np.sum(part, axis=0) for part in zip(*sets, strict=True)))
+
+
+def _scored(pair: tuple[About, System], shapes: Sequence[_Shape]) -> list[_Score]:
+    """Each shape in a set."""
     one, system = pair
     target, rows = one.target, one.rows
     place = [system.coordinates.index(name) for name in target.system.coordinates]
     power = -(one.s ** POWER[target.data.quantity])[:, None, None, None]
-    crossed, squares, pulled = list[Array](), list[Array](), list[Array]()
+    found = list[_Score]()
     for shape in shapes:
         changes = np.stack(list(_changes(system, shape, place, one.s, one.ends)), axis=-1)
         d = np.moveaxis(target.read(power * changes, one.values), -1, 0) * rows.weight
-        crossed.append(one.slope * rows.pull(d, one.free))
-        squares.append(np.sum(np.abs(d) ** 2, axis=(1, 2, 3)))
-        pulled.append(np.real(np.sum(np.conj(d) * rows.residual, axis=(1, 2, 3))))
-    return np.concatenate(crossed).T, np.concatenate(squares), np.concatenate(pulled)
+        flat = np.ascontiguousarray(d.reshape(len(d), -1), dtype=complex).view(float)
+        residual = np.ascontiguousarray(rows.residual.ravel()).view(float)
+        found.append(_Score((one.slope * rows.pull(d, one.free)).T, flat @ flat.T, flat @ residual))
+    return found
 
 
 def _changes(
     system: System, shape: _Shape, place: Sequence[int], s: Complex, ends: tuple[Complex, Complex]
 ) -> Iterator[Complex]:
     """S G (A - B E^-1 B') G B (lines, outputs, inputs) for each start of a shape."""
-    stacks = {
-        role: system.terms[role][shape.numbers] for role in ("stiffness", "damping", "mass", "hysteretic")
-    }
-    touched = np.any([np.any(one, axis=(0, 1)) for one in stacks.values()], axis=0)
-    inner = [n for n in np.flatnonzero(touched) if n not in place]
+    stacks = {role: system.terms[role][shape.numbers] for role in _ROLES}
+    inner = [n for n in np.flatnonzero(_touched(stacks)) if n not in place]
     outer = [one[:, place] for one in stacks.values()]
     basis = _span(np.concatenate([part.transpose(1, 0, 2).reshape(len(place), -1) for part in outer], axis=1))
     left, right = ends[0] @ basis, basis.T @ ends[1]
@@ -236,31 +257,32 @@ def _span(columns: Array) -> Array:
     return np.asarray(u[:, size > _RANK * max(size.max(initial=0.0), 1e-300)])
 
 
-def _best(
-    some: Sequence[Effect],
-    shapes: Sequence[_Shape],
-    model: Problem,
-    parts: tuple[Array, Array, Array],
-    beside: Beside,
-) -> list[Candidate]:
-    """Each effect at the start that gains most, as much of it as there would be."""
-    crossed, own, pull = parts
-    told, solved_for = beside.projected(crossed)
-    left = own - np.sum(told[:, :-1] * solved_for[:, :-1], axis=0)
-    slope = pull - told[:, :-1].T @ solved_for[:, -1]
-    found, first = list[Candidate](), 0
-    for effect, shape in zip(some, shapes, strict=True):
-        mine = slice(first, first + len(shape.starts))
-        first = mine.stop
-        most = _most(model, shape)
-        amount = np.clip(-slope[mine] / np.maximum(left[mine], 1e-300), 0.0, most)
-        fall = -2 * amount * slope[mine] - amount**2 * left[mine]
-        row = int(np.argmax(fall))
-        names = [model.parameters[n].name for n in shape.numbers]
-        start = dict(zip(names, (shape.starts[row] * amount[row]).tolist(), strict=True))
-        if amount[row] > 0:
-            found.append(Candidate(effect, start, beside.gain(float(fall[row]))))
-    return found
+def _touched(stacks: Mapping[str, Array]) -> Mask:
+    """(n,): the coordinates that terms (m, n, n) by role touch."""
+    return np.asarray(np.any([np.any(one, axis=(0, 1)) for one in stacks.values()], axis=0))
+
+
+def _best(effect: Effect, shape: _Shape, model: Problem, score: _Score, beside: Beside) -> list[Candidate]:
+    """The effect at the start that gains most, as much of it as there would be; nothing where none gains."""
+    told, solved_for = beside.projected(score.crossed)
+    left = score.own - told[:, :-1].T @ solved_for[:, :-1]
+    slope = score.pull - told[:, :-1].T @ solved_for[:, -1]
+    own, most = [model.parameters[n] for n in shape.numbers], _most(model, shape)
+    if shape.adding:
+        size = np.diag(score.own)
+        least = [0.0 if p.log else p.lower / s for p, s in zip(own, np.diag(shape.starts), strict=True)]
+        damped = left + np.diag(_DAMPED * size + _RANK * size.max(initial=1e-300))
+        amount = bounded_step(damped, -slope, np.array(least), most)
+    else:
+        alone = np.clip(-slope / np.maximum(np.diag(left), 1e-300), 0.0, most)
+        row = int(np.argmax(-2 * alone * slope - alone**2 * np.diag(left)))
+        amount = np.where(np.arange(len(alone)) == row, alone, 0.0)
+    gain = beside.gain(float(-2 * amount @ slope - amount @ left @ amount))
+    values = {
+        p.name: float(np.clip(value, p.lower, p.upper))
+        for p, value in zip(own, amount @ shape.starts, strict=True)
+    }
+    return [Candidate(effect, values, gain)] if np.any(amount) else []
 
 
 def gain_of(fall: float, squares: float, count: int) -> float:
