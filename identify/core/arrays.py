@@ -39,3 +39,11 @@ def product_by_real(values: Complex, factor: Array) -> Complex:
     rows = values.shape[-2]
     stacked = np.concatenate([values.real, values.imag], axis=-2) @ factor
     return np.asarray(stacked[..., :rows, :] + 1j * stacked[..., rows:, :])
+
+
+def inverse_where_any(matrix: Array) -> Array:
+    """The pseudoinverse of a symmetric matrix (n, n) that touches few of its coordinates."""
+    touched, found = np.flatnonzero(matrix.any(axis=0)), np.zeros(matrix.shape)
+    own = np.ix_(touched, touched)
+    found[own] = np.linalg.pinv(matrix[own], hermitian=True)
+    return found

@@ -47,9 +47,9 @@ class Pole(NamedTuple):
 class Response:
     """A model with such springs under unit forces.
 
-    All in the basis (n, n) of springs (first r) and other coordinates; moved (lines, n, i), transfer
-    (lines, o, n): G B and S G; force (lines, r, i), out (lines, o, r): what springs carry, and what their
-    release does; poles that outlast the record.
+    All in the basis (q, n) of springs (first r, which may lie between coordinates) and other coordinates;
+    moved (lines, n, i), transfer (lines, o, n): G B and S G; force (lines, r, i), out (lines, o, r): what
+    springs carry, and what their release does; poles that outlast the record.
     """
 
     basis: Array
@@ -129,11 +129,10 @@ def respond(
     """The response of matrices (M, C, K, without these springs) at values (parameters,) and s (lines,); out
     (outputs, n), force (n, inputs); record: its length after the impact, s, or None.
     """
-    size, c_tau = len(matrices[0]), springs.at(values)
-    compliance, tau = c_tau
-    basis = np.concatenate([springs.columns, np.eye(size)[:, springs.others]], axis=1)
+    compliance, tau = springs.at(values)
+    basis = np.concatenate([springs.columns, np.eye(len(matrices[0]))[:, springs.others]], axis=1)
     mass, damping, stiffness = (basis.T @ matrix @ basis for matrix in matrices)
-    count = len(compliance)
+    count, size = len(compliance), basis.shape[1]
     root = np.concatenate([np.sqrt(compliance), np.ones(size - count)])
     active = np.flatnonzero(root)
     of_spring = (active < count).astype(float)

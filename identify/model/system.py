@@ -335,9 +335,13 @@ def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:
     for spring, number in enumerate(numbers):
         matrix = terms[number].compliance
         assert matrix is not None
-        amount, directions = np.linalg.eigh(matrix[np.ix_(free, free)])
+        own = matrix[np.ix_(free, free)]
+        touched = np.flatnonzero(own.any(axis=0))
+        amount, directions = np.linalg.eigh(own[np.ix_(touched, touched)])
         kept = amount > _NOTHING * amount.max(initial=0.0)
-        columns.append((directions[:, kept] * np.sqrt(amount[kept])).T)
+        column = np.zeros((int(kept.sum()), free.size))
+        column[:, touched] = (directions[:, kept] * np.sqrt(amount[kept])).T
+        columns.append(column)
         owner += [spring] * int(kept.sum())
     springs = np.array(numbers, dtype=int)
     return (

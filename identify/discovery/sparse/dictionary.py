@@ -21,7 +21,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
 from identify.discovery.sparse.bounded import bounded_step
-from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.dense import bodies, relaxations, with_more
 from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.unknowns import Unknowns
@@ -141,11 +141,14 @@ def _models(problem: Problem, kinds: Iterator[list[Effect]]) -> Iterator[tuple[S
 
 def _instances(problem: Problem) -> Iterator[list[Effect]]:
     """By kind, those that are nothing where all their parameters are: they free no coordinate of the robot's,
-    and the model does not have them.
+    and the model does not have them.  Bodies and relaxation are amplitudes of the dense model.
     """
     own = {name for m in problem.measurements for name in m.system.site.engine.mechanism.coordinates}
     present = problem.file.study.effects
-    for kind in EFFECTS.usable().values():
+    dense = {one.kind for one in (*bodies(problem), *relaxations(problem))}
+    for name, kind in EFFECTS.usable().items():
+        if name in dense:
+            continue
         late = kind.of_amplitude or kind.needs_levels or kind.last_resort or kind.of_measurement
         if late or kind.consistent_mass is not Effect.consistent_mass:
             continue
@@ -253,8 +256,13 @@ def _changes(
 
 def _span(columns: Array) -> Array:
     """An orthonormal basis (n, r) of columns."""
-    u, size, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(u[:, size > _RANK * max(size.max(initial=0.0), 1e-300)])
+    touched = np.flatnonzero(columns.any(axis=1))
+    some = columns[touched][:, columns.any(axis=0)]
+    u, size, _ = np.linalg.svd(some, full_matrices=False)
+    kept = size > _RANK * max(size.max(initial=0.0), 1e-300)
+    found = np.zeros((len(columns), int(kept.sum())))
+    found[touched] = u[:, kept]
+    return found
 
 
 def _touched(stacks: Mapping[str, Array]) -> Mask:

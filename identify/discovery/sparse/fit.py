@@ -15,6 +15,7 @@ from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.discovery.thinned import below
 from identify.model.effects.base import Effect
+from identify.model.effects.coupling import soft_axes
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import usual_stiffness
@@ -149,15 +150,11 @@ def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
     for effect in found.effects:
         own = [unit for unit in units if unit.effect == effect]
         if isinstance(effect, Springs):
-            soft = [
-                found.unknowns.names[n].split(".")[1]
-                for unit in own
-                for n in unit.amplitudes
-                if found.x[n] > 0
-            ]
+            names = [found.unknowns.names[n] for unit in own for n in unit.amplitudes if found.x[n] > 0]
+            soft, coupled = soft_axes([name.split(".")[1] for name in names])
             axes = [axis for axis in effect.axes if axis in soft]
             if axes:
-                kept.append(effect.model_copy(update={"axes": axes}))
+                kept.append(effect.model_copy(update={"axes": axes, "coupled": coupled}))
         elif isinstance(effect, SensorMatrix):
             points = [point for point in effect.points if str(point) in {unit.name for unit in own}]
             if points:

@@ -18,6 +18,7 @@ from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.channel_gain import ChannelGain
 from identify.model.effects.channel_polarity import ChannelPolarity
 from identify.model.effects.channel_swap import ChannelSwap
+from identify.model.effects.coupling import PAIRS, from_diagonals, soft_axes
 from identify.model.effects.frf_gain import FrfGain
 from identify.model.effects.joint_compliance import CLASSES, JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
@@ -59,17 +60,21 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
         return _bending(effect, places, _stiffnesses(places, values))
     classes: dict[str, tuple[Axis, ...]] = {**CLASSES, "turning": ("rz",), "": get_args(Axis)}
-    axes: list[Axis] = [axis for axis in classes[kind] if values.get(f"{body}.{axis}.compliance", 0.0) > 0]
+    own = {name.split(".")[1]: value for name, value in values.items() if name.endswith(".compliance")}
+    soft, coupled = soft_axes(place for place, compliance in own.items() if compliance > 0)
+    axes: list[Axis] = [axis for axis in classes[kind] if axis in soft]
     places = [f"{body}.{axis}" for axis in axes]
-    found = _stiffnesses(places, values)
+    found = _stiffnesses(places, values, max(own.values()))
+    for pair in PAIRS:
+        if coupled and set(pair) <= soft:
+            found |= from_diagonals(values, body, pair, max(own.values()) / _RIGID)
     stiffness, damping = _about(places, found)
+    more = {"axes": axes, "stiffness": stiffness, "damping": damping, "coupled": coupled}
     if body == "base":
-        return BaseCompliance(axes=axes, stiffness=stiffness, damping=damping), found
+        return BaseCompliance(**more), found
     if body.startswith("payload"):
-        own = {"axes": axes, "stiffness": stiffness, "damping": damping, "shrink": False}
-        return effect.model_copy(update=own), found
-    joint = int(body.removeprefix("joint"))
-    return JointCompliance(joints=[joint], axes=axes, stiffness=stiffness, damping=damping), found
+        return effect.model_copy(update={**more, "shrink": False}), found
+    return JointCompliance(joints=[int(body.removeprefix("joint"))], **more), found
 
 
 def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:

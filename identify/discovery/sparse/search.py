@@ -52,8 +52,10 @@ _MOST_ENTERED, _TRIED = 8, 2
 """How often more may enter, and how many are tried at a time."""
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
-_FEW = 2
-"""Units that explain the data from rigid bearings, so that no other start can do with much less."""
+_FEW, _ROUNDS = 3, 2
+"""Units that explain the data with beams for links, so that no other form of these can do with much less;
+rounds in which what no spring stands for may enter there.
+"""
 
 
 @dataclass(frozen=True)
@@ -78,33 +80,39 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     structure, models = tuple(all_springs(problem, shrink=True)), list[Pruned]()
     if not stated:
         rigid = dense_fit(problem, structure, usual=False, until=story.until)
-        models.append(pruned(_further(rigid, story, 1), say, unseen))
-        if story.late or (models[0].closed and len(models[0].evidence) <= _FEW):
-            return _said(models[0], unseen, say)
+        models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
+        likeliest = max(models, key=_evidence)
+        if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
+            return _said(likeliest, unseen, say)
     closed = [one for one in models if one.closed]
     fit = dense_fit(bending, structure, usual=True, until=story.until)
-    fits = [_further(fit, story, 1 if closed else _MOST_ENTERED)]
+    fits = _further(fit, story, 1 if closed else _MOST_ENTERED)
     if closed and _open(fits):
-        return _said(closed[0], unseen, say)
+        return _said(max(closed, key=_evidence), unseen, say)
     if _open(fits) and not story.late:
         more = (*structure, *instruments(problem))
         fits.append(dense_fit(problem, more, usual=True, until=story.until))
     if _open(fits) and not story.late:
         other = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
-        fits.append(_further(other, story) if other.objective < fits[0].objective else other)
+        fits += _further(other, story) if other.objective < fits[0].objective else [other]
     best = _best(fits, unseen)
-    say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-    likeliest = max([*closed, pruned(best, say, unseen)], key=lambda one: one.found.log_evidence)
-    return _said(likeliest, unseen, say)
+    say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
+    return _said(max([*closed, *(pruned(one, say, unseen) for one in best)], key=_evidence), unseen, say)
 
 
-def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
-    """The likeliest; where all leave something open, none of them is the truth, and the one that predicts
+def _evidence(model: Pruned) -> float:
+    return model.found.log_evidence
+
+
+def _best(fits: Sequence[Found], unseen: Unseen | None) -> list[Found]:
+    """Those that leave nothing open; where all do, none of them is the truth, and the one that predicts
     unseen data best is kept.
     """
-    if unseen is None or not _open(fits):
-        return min(fits, key=_objective)
-    return min(fits, key=lambda one: unseen(one.study, one.effects, one.values))
+    if not _open(fits):
+        return [one for one in fits if one.gap < CLOSED]
+    if unseen is None:
+        return [min(fits, key=_objective)]
+    return [min(fits, key=lambda one: unseen(one.study, one.effects, one.values))]
 
 
 def _recognised(found: Found) -> Found:
@@ -123,12 +131,12 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
+def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
-    dictionary has, one by one.
+    dictionary has, one by one; beside it what else closed the gap in the last round.
     """
-    each_costs = price(found.unknowns.count)
+    each_costs, others = price(found.unknowns.count), list[Found]()
     for _ in range(most):
         if (found.gap < CLOSED and believable(found.problem, found.values)) or story.late:
             break
@@ -142,8 +150,8 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> Found:
             break
         new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
-        found = best
-    return found
+        found, others = best, [one for one in fitted if one is not best and one.gap < CLOSED <= found.gap]
+    return [found, *others]
 
 
 def _before(found: Found) -> float:
@@ -193,6 +201,7 @@ def _trials(found: Found) -> Iterator[Trial]:
     if bent := _bent(found):
         effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
         yield Trial(_foreseen(found, effects, values), effects, values, len(values))
+    yield from _coupled(found)
     beside = Beside.of(found.unknowns, found.x, found.product)
     for gain, effects in moved_mounts(found.study, found.effects, beside):
         yield Trial(gain, effects, {}, 3)
@@ -259,9 +268,7 @@ class _Quadratic:
         """Where the new ones begin."""
         unknowns, x = begun(found, effects, values)
         fit = Penalised(unknowns, price=0.0)
-        new = [unit for unit in unknowns.units if unit.effect not in found.effects]
-        present = fit.present(x)
-        present[[n for unit in new for n in unit.all]] = False
+        present = fit.present(x) & np.isin(unknowns.names, found.unknowns.names)
         return cls(fit, x, fit.local(x), present)
 
     @property
@@ -325,6 +332,28 @@ def _bent(found: Found) -> set[str]:
         and not unit.effect.nonuniform
         and unknowns.moved(unit, found.x, found.product) > SEEN * found.gap
     }
+
+
+def _coupled(found: Found) -> Iterator[Trial]:
+    """The springs across z of one body coupled, where any of these gives way."""
+    coupled = {one.sentence(): one.model_copy(update={"coupled": True}) for one in _uncoupled(found)}
+    if not coupled:
+        return
+    local = _Quadratic.about(found, tuple(coupled.get(one.sentence(), one) for one in found.effects), {})
+    for name, turned in coupled.items():
+        own = [unit for unit in local.units if unit.effect == turned]
+        effects = tuple(turned if one.sentence() == name else one for one in found.effects)
+        yield Trial(local.gain(own), effects, {}, 4 * len(turned.pairs))
+
+
+def _uncoupled(found: Found) -> Iterator[Springs]:
+    """Effects whose springs across z give way and are not coupled."""
+    for one in found.effects:
+        if isinstance(one, Springs) and one.pairs and not one.coupled:
+            numbers = [n for unit in found.unknowns.units if unit.effect == one for n in unit.amplitudes]
+            soft = {found.unknowns.names[n].split(".")[1] for n in numbers if found.x[n] > 0}
+            if any(set(pair) & soft for pair in one.pairs):
+                yield one
 
 
 def _parts(found: Found, bent: set[str]) -> dict[str, float]:

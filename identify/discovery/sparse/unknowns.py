@@ -13,6 +13,7 @@ import numpy as np
 from identify.core.arrays import Array, Index, Mask
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
+from identify.model.effects.coupling import first_of
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 
@@ -178,7 +179,7 @@ _CLASSES = {"rx": "tilt", "ry": "tilt", "tx": "radial", "ty": "radial", "tz": "a
 def _unit_of(effect: Effect, name: str) -> str:
     """The name of the unit that an unknown of an effect belongs to."""
     body, _, rest = name.partition(".")
-    axis = rest.partition(".")[0]
+    axis = first_of(rest.partition(".")[0])
     if axis == "relaxation":
         return f"{body}.relaxation"
     if axis in _CLASSES and not body.startswith("payload"):

@@ -7,7 +7,7 @@ k_1, k_2 and a would not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -19,6 +19,8 @@ from identify.model.effects.site import Site
 
 PAIRS = (("rx", "ry"), ("tx", "ty"))
 """Axes that can be coupled."""
+BETWEEN = ("_plus_", "_minus_")
+"""In names of places halfway between two axes."""
 _REACH = 100.0
 """How many times the start of both coupled springs (their geometric mean) the coupling reaches."""
 _UNLIKE, _DIRECTIONS = (10.0, 100.0), np.pi / 8 * np.arange(8)
@@ -48,6 +50,54 @@ def coupling_terms(
         )
         yield Term(stiffness, stiffness=both + both.T)
         yield Term(damping, damping=both + both.T)
+
+
+def diagonals(
+    site: Site, places: Sequence[tuple[str, str, Array]], pairs: Sequence[tuple[str, str]]
+) -> Iterator[tuple[str, str, Array]]:
+    """Places halfway between the axes of pairs, such as joint3.rx_plus_ry and joint3.rx_minus_ry: compliances
+    of these and of the axes make up whatever lies anywhere in the plane, and none of them is below zero.
+    """
+    units = {name: unit for name, unit, _ in places}
+    for body, (x, y) in product(dict.fromkeys(name.partition(".")[0] for name in units), pairs):
+        along, across = (site.vector(f"{body}.{axis}") for axis in (x, y))
+        for between, sign in zip(BETWEEN, (1, -1), strict=True):
+            vector = (along + sign * across) / np.sqrt(2)
+            yield f"{body}.{x}{between}{y}", units[f"{body}.{x}"], np.outer(vector, vector)
+
+
+def first_of(place: str) -> str:
+    """joint3.rx of joint3.rx_plus_ry, and any other place itself."""
+    return min((place.partition(between)[0] for between in BETWEEN), key=len)
+
+
+def soft_axes(places: Iterable[str]) -> tuple[set[str], bool]:
+    """The axes that places are along or between, and whether any is between."""
+    apart = [place.replace(BETWEEN[1], BETWEEN[0]).split(BETWEEN[0]) for place in places]
+    return {axis for one in apart for axis in one}, any(len(one) > 1 for one in apart)
+
+
+def from_diagonals(
+    values: Mapping[str, float], body: str, pair: tuple[str, str], rigid: float
+) -> dict[str, float]:
+    """Stiffnesses and dampings of a coupled pair of axes of a body, by name, that compliances and retardation
+    times of these and of what lies between them are; rigid: a compliance that counts as none.
+    """
+    x, y = pair
+    compliance, late = rigid * np.eye(2), np.zeros((2, 2))
+    half = np.sqrt(0.5)
+    names = (x, y, *(f"{x}{between}{y}" for between in BETWEEN))
+    for name, vector in zip(names, ([1, 0], [0, 1], [half, half], [half, -half]), strict=True):
+        own = values[f"{body}.{name}.compliance"] * np.outer(vector, vector)
+        compliance, late = compliance + own, late + values[f"{body}.{name}.retardation_time"] * own
+    stiffness = np.linalg.inv(compliance)
+    found = {"stiffness": stiffness, "damping": stiffness @ late @ stiffness}
+    places = ((x, 0, 0), (y, 1, 1), (f"{x}_{y}", 0, 1))
+    return {
+        f"{body}.{name}.{role}": float(matrix[row, column])
+        for role, matrix in found.items()
+        for name, row, column in places
+    }
 
 
 def _between(one: Parameter, other: Parameter, name: str, key: str) -> Parameter:

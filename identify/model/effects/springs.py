@@ -10,10 +10,10 @@ from typing import Annotated, Literal, Self, TypeVar
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, inverse_where_any
 from identify.core.parameters import DampingValues, Parameter, Values, parameter, spread
 from identify.model.effects.base import Effect, Term
-from identify.model.effects.coupling import PAIRS, coupling_terms, with_directions
+from identify.model.effects.coupling import PAIRS, coupling_terms, diagonals, first_of, with_directions
 from identify.model.effects.site import Site
 from identify.robot.description import Robot
 
@@ -65,12 +65,13 @@ class Springs(Effect):
     def _couples_something(self) -> Self:
         if self.coupled and self.shrink:
             raise ValueError("shrink: not of coupled springs; leave one of both out")
-        if self.coupled and not self._pairs:
+        if self.coupled and not self.pairs:
             raise ValueError("coupled: nothing to couple; name rx and ry, or tx and ty, among the axes")
         return self
 
     @property
-    def _pairs(self) -> list[tuple[str, str]]:
+    def pairs(self) -> list[tuple[str, str]]:
+        """Axes across z, both of which are released."""
         return [pair for pair in PAIRS if set(pair) <= set(self.axes)]
 
     @property
@@ -83,18 +84,20 @@ class Springs(Effect):
         if len(self.axes) < 2:
             return []
         found = [self.model_copy(update={"axes": [axis], "coupled": False}) for axis in self.axes]
-        return [*found, self.model_copy(update={"coupled": not self.coupled})] if self._pairs else found
+        return [*found, self.model_copy(update={"coupled": not self.coupled})] if self.pairs else found
 
     def terms(self, robot: Robot, site: Site, where: str) -> list[Term]:
         """A stiffness and a damping per coordinate, in that order; then those that couple two of them."""
         names = self.free_coordinates(robot)
-        inertia = np.array([site.inertia(name) for name in names])
         places = [(name, stiffness_unit(name), site.unit(name)) for name in names]
+        if self.shrink and self.coupled:
+            places += diagonals(site, places, self.pairs)
+        inertia = np.array([site.inertia(first_of(name)) for name, _, _ in places])
         keys = f"{where}.stiffness", f"{where}.damping"
         if self.shrink:
             return compliance_terms(places, inertia, self.stiffness, self.damping, keys)
         own = spring_terms(places, inertia, self.stiffness, self.damping, keys)
-        return [*own, *coupling_terms(site, own, self._pairs, keys)] if self.coupled else own
+        return [*own, *coupling_terms(site, own, self.pairs, keys)] if self.coupled else own
 
     def initial_values(self, terms: Sequence[Term], band_hz: tuple[float, float]) -> Array:
         """Those of springs by themselves, and where they are coupled also pairs that give way far more in one
@@ -169,7 +172,7 @@ def compliance_terms(
             free=not damping.fixed,
             prior_std=_RETARDATION_STD,
         )
-        terms.append(Term(compliance, compliance=np.asarray(np.linalg.pinv(matrix, hermitian=True))))
+        terms.append(Term(compliance, compliance=inverse_where_any(matrix)))
         terms.append(Term(retardation))
     return terms
 

@@ -18,6 +18,9 @@ from identify.vibration.costs.target import FrfTarget, Targets
 
 LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
+LOG_LEAST = 1e-3
+"""Of the measured FRF: what the model moves less is as far off as this, such as all that a rigid bearing does
+not move."""
 _KEPT_BYTES = 400_000_000
 """Derivatives that are kept to tell how residuals bend; that is not told of larger data, nor where every
 prediction simulates impacts."""
@@ -102,10 +105,8 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         if self.cost.residual == "complex":
             return real_rows((h - target.measured) / target.sigma, gradient * (1.0 / target.sigma)[..., None])
         seen = target.observable
-        slope = (gradient if len(seen) == gradient.shape[1] else gradient[:, seen]) * (
-            self._weights(target) / h[:, seen]
-        )[..., None]
-        return real_rows(self._logarithm(target, h), slope)
+        own = gradient if len(seen) == gradient.shape[1] else gradient[:, seen]
+        return real_rows(self._logarithm(target, h), own * self._slope(target, h)[..., None])
 
     def residuals_of(self, target: FrfTarget, h: Complex) -> tuple[Complex, Complex | Array]:
         """Residuals of a set and their derivatives with respect to h, (lines, outputs, inputs) both."""
@@ -114,13 +115,20 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         outputs, inputs = (numbers[target.observable] for numbers in target.pairs)
         residual, slope = np.zeros_like(h), np.zeros_like(h)
         residual[:, outputs, inputs] = self._logarithm(target, target.paired(h))
-        slope[:, outputs, inputs] = self._weights(target) / h[:, outputs, inputs]
+        slope[:, outputs, inputs] = self._slope(target, target.paired(h))
         return residual, slope
 
     def _logarithm(self, target: FrfTarget, h: Complex) -> Complex:
         """Weighted ln(H_sim/H_exp) of the pairs that the model moves, (..., lines, observable)."""
         ratio = h[..., target.observable] / target.measured[:, target.observable]
-        return np.asarray(logarithm(ratio) * self._weights(target), dtype=complex)
+        some = np.where(np.abs(ratio) < LOG_LEAST, LOG_LEAST, ratio)
+        return np.asarray(logarithm(some) * self._weights(target), dtype=complex)
+
+    def _slope(self, target: FrfTarget, h: Complex) -> Complex:
+        """Derivative of the same by h."""
+        own, measured = h[..., target.observable], target.measured[:, target.observable]
+        moved = np.abs(own) >= LOG_LEAST * np.abs(measured)
+        return np.asarray(np.where(moved, self._weights(target) / np.where(moved, own, 1.0), 0.0))
 
     def _weights(self, target: FrfTarget) -> Array:
         if target not in self._weight:

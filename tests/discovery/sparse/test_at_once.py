@@ -18,8 +18,10 @@ from identify.discovery.records import timed
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.fit import Found, dense_fit, refitted
+from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import explain
+from identify.discovery.sparse.unknowns import Unknowns
 from identify.discovery.thinned import below, thinned
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -37,12 +39,12 @@ from tests.hidden import config_of
 NODES = [5, 9, 12, 14]
 
 
-def problem_of(folder: Path, case: str, seed: int, doubled: int = 0) -> Problem:
+def problem_of(folder: Path, case: str, seed: int, doubled: int = 0, nodes: Sequence[int] = NODES) -> Problem:
     """A small hammer test, two postures fitted; the sensor at the point `doubled`, or with -1 all of them,
     read twice as much.
     """
     spec = TestSpec(
-        MAKES["compact"](seed).at_points(NODES), seed=seed, averages=2, binary=True, oversampling=8
+        MAKES["compact"](seed).at_points(list(nodes)), seed=seed, averages=2, binary=True, oversampling=8
     )
     generate(replace(hide(spec, case), case="test"), folder / "test")
     problem = thinned(timed(load_problem(read_study(config_of(folder / "test", folder)))))
@@ -146,3 +148,38 @@ def truth_of(folder: Path) -> dict[str, Any]:
     """What was hidden in the test."""
     [hidden] = json.loads((folder / "test.truth.json").read_text())["effects"]
     return dict(hidden)
+
+
+def test_a_base_that_rocks_about_axes_of_its_own_is_coupled(tmp_path: Path) -> None:
+    """Stiffest and softest about axes that are turned from x and y: K has what the generator made of it."""
+    with one_thread():
+        [base] = explain(problem_of(tmp_path, "turned_rocking", 9)).named
+    assert base.effect.sentence() == "compliance of the base (rx, ry, coupled)"
+    hidden = json.loads((tmp_path / "test.truth.json").read_text())["effects"][0]
+    turned = np.deg2rad(hidden["turned_deg"])
+    across = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    true = across @ np.diag(hidden["stiffness"]) @ across.T
+    found = [base.values[f"base.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
+    assert found == pytest.approx([true[0, 0], true[1, 1], true[0, 1]], rel=0.05)
+
+
+def test_a_strut_is_scored_along_any_direction(tmp_path: Path) -> None:
+    """Far more is foreseen of it than of the same stiffness along all axes."""
+    with one_thread():
+        [strut] = explain(problem_of(tmp_path, "ground_spring", 8)).named
+    link = json.loads((tmp_path / "test.truth.json").read_text())["effects"][0]["link"]
+    assert strut.effect.sentence().startswith(f"spring between {link} at")
+
+
+def test_the_first_steps_are_taken_where_rigid_bearings_hold_a_sensor_still(tmp_path: Path) -> None:
+    """On link1 along its axis a rigid arm moves nothing, whose logarithm is no number."""
+    with one_thread():
+        problem = problem_of(tmp_path, "base_rocking", 5, nodes=[1, 9, 12, 14])
+        fit = Penalised(Unknowns(with_more(problem, all_springs(problem, shrink=True)), 0), logarithmic=True)
+        x = fit.unknowns.reference
+        local = fit.local(x)
+        assert np.isfinite(local.product).all()
+        assert local.product[-1, -1] == pytest.approx(fit.squares(x))
+        number, step = fit.unknowns.names.index("base.rx.compliance"), 1e-15
+        change = fit.squares(x + step * np.eye(len(x))[number]) - fit.squares(x)
+        assert change == pytest.approx(2 * step * local.product[-1, number], rel=0.01)
