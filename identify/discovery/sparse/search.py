@@ -80,10 +80,11 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     structure, models = tuple(all_springs(problem, shrink=True)), list[Pruned]()
     if not stated:
         rigid = dense_fit(problem, structure, usual=False, until=story.until)
-        models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
-        likeliest = max(models, key=_evidence)
-        if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
-            return _said(likeliest, unseen, say)
+        if story.late or not _bends(rigid):
+            models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
+            likeliest = max(models, key=_evidence)
+            if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
+                return _said(likeliest, unseen, say)
     closed = [one for one in models if one.closed]
     fit = dense_fit(bending, structure, usual=True, until=story.until)
     fits = _further(fit, story, 1 if closed else _MOST_ENTERED)
@@ -98,6 +99,12 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
     return _said(max([*closed, *(pruned(one, say, unseen) for one in best)], key=_evidence), unseen, say)
+
+
+def _bends(found: Found) -> bool:
+    """Whether what is open may be the form of a link: of all that is soft, a link moves most."""
+    most = max(found.unknowns.units, key=lambda unit: found.unknowns.moved(unit, found.x, found.product))
+    return isinstance(most.effect, LinkFlexibility) and found.gap >= CLOSED
 
 
 def _evidence(model: Pruned) -> float:
