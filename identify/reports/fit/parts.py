@@ -16,6 +16,7 @@ from identify.reports.kit.report import PAGE, PRINT, Drawing, Fold, Part, Tabula
 from identify.reports.kit.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
 
+Page = Mapping[str, Any]
 WORST_ROWS = 10
 """FRFs that the PDF lists, of each measurement."""
 STAGES = {
@@ -26,9 +27,13 @@ STAGES = {
 """Canvases on which shapes move, and what they show."""
 
 
-def stage(measurements: Sequence[Any], stages: Sequence[tuple[str, str]], what: str = "Posture") -> Widget:
-    """Canvases on which the shapes of measurements (with a name each) move; stages: (kind, what it shows)."""
-    return Widget("stage", {"measurements": measurements, "stages": stages, "what": what})
+def stage(
+    measurements: Sequence[Any], stages: Sequence[tuple[str, str]], page: Page, what: str = "Posture"
+) -> Widget:
+    """Canvases on which the shapes of measurements (with a name each) move; stages: (kind, what it shows);
+    page: what the scripts of the page draw of the measurements, FRFs and MAC too.
+    """
+    return Widget("stage", {"measurements": measurements, "stages": stages, "what": what}, page)
 
 
 def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SCRIPTS = ("banded.js",)
 _HEIGHT_IN = 2.3
 _DASHES = ((), (6, 2), (1, 1.5), (6, 1.5, 1, 1.5), (11, 2), (11, 1.5, 1, 1.5))
 """Strokes and gaps of lines, over their width: told apart without colour, as in print."""
@@ -34,6 +33,12 @@ class Line:
     low: Array | None = None
     high: Array | None = None
     points: bool = False
+
+    @classmethod
+    def within(cls, name: str, x: Array, size: Array, half: Array) -> Line:
+        """A size with a band of plus or minus `half`, which stays positive, as on a logarithmic axis."""
+        size = np.maximum(size, 1e-9)
+        return cls(name, x, size, np.maximum(size - half, 1e-3 * size), size + half)
 
 
 @dataclass(frozen=True)
@@ -59,7 +64,9 @@ class Plot:
 
     def drawing(self) -> Drawing:
         """The part of a report."""
-        return Drawing(self.anchor, self.figure, self.caption, self.curves, self.note)
+        return Drawing(
+            self.anchor, self.figure, self.caption, self.curves, self.note, "", self.data(), ("banded.js",)
+        )
 
     def data(self) -> dict[str, Any]:
         """What `banded.js` draws from."""
@@ -87,14 +94,13 @@ class Plot:
 
     def curves(self) -> list[Curves]:
         """The numbers behind it, a set per line."""
-        found = []
-        for panel in self.panels:
-            for line in panel.lines:
-                limits = [] if line.low is None or line.high is None else [line.low, line.high]
-                heads = [panel.y, *([_limit(panel.y, "low"), _limit(panel.y, "high")] if limits else [])]
-                values = np.column_stack([line.x, line.y, *limits])
-                found.append(Curves(f"{panel.y.heading}, {line.name}", (self.x, *heads), values))
-        return found
+        return [
+            Curves(
+                f"{panel.y.heading}, {line.name}", [replace(self.x, values=line.x), *_limits(panel.y, line)]
+            )
+            for panel in self.panels
+            for line in panel.lines
+        ]
 
     def figure(self) -> Figure:
         """The printed figure."""
@@ -121,8 +127,10 @@ class Plot:
         return figure
 
 
-def _limit(column: Column, which: str) -> Column:
-    return Column(f"{column.heading}, 95 % {which}", column.unit)
+def _limits(y: Column, line: Line) -> list[Column]:
+    """The values of a line, and those of its band."""
+    sides = (("", line.y), (", 95 % low", line.low), (", 95 % high", line.high))
+    return [Column(f"{y.heading}{side}", y.unit, own) for side, own in sides if own is not None]
 
 
 def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: tuple[str, str]) -> Any:

@@ -7,30 +7,22 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import Column as Heading
-from identify.reports.kit.cells import Table, number, words
+from identify.reports.kit.cells import Column, Table, words
 
 
 def drawn_curves(figure: mpl.Figure) -> list[Table]:
     """One table of all labelled lines and bars (of all where none is labelled), one of every coloured map;
     empty where there are none.
     """
-    found = []
     curves = [row for panel, axes in enumerate(figure.axes, 1) for row in _lines(panel, axes)]
-    if curves:
-        across = dict.fromkeys(axes.get_xlabel() for axes in figure.axes if axes.get_xlabel())
-        up = dict.fromkeys(axes.get_ylabel() for axes in figure.axes if axes.get_ylabel())
-        columns = (
-            words("Panel"),
-            words("Curve"),
-            Heading(" or ".join(across) or "x"),
-            Heading(" or ".join(up) or "y"),
-        )
-        found.append(Table("curves", columns, tuple(curves)))
+    across = dict.fromkeys(axes.get_xlabel() for axes in figure.axes if axes.get_xlabel())
+    up = dict.fromkeys(axes.get_ylabel() for axes in figure.axes if axes.get_ylabel())
+    ends = Column(" or ".join(across) or "x"), Column(" or ".join(up) or "y")
+    found = [Table.of("curves", (words("Panel"), words("Curve"), *ends), curves)] if curves else []
     return found + [table for axes in figure.axes for table in _maps(axes)]
 
 
-def _lines(panel: int, axes: mpl.Axes) -> Iterator[tuple[str, ...]]:
+def _lines(panel: int, axes: mpl.Axes) -> Iterator[tuple[str, str, float, float]]:
     title = axes.get_title(loc="left") or str(panel)
     drawn = [(str(line.get_label()), _places(line)) for line in axes.get_lines()]
     drawn += [
@@ -38,7 +30,7 @@ def _lines(panel: int, axes: mpl.Axes) -> Iterator[tuple[str, ...]]:
     ]
     named = [one for one in drawn if not one[0].startswith("_")]
     for name, places in named or drawn:
-        yield from ((title, name.lstrip("_"), number(x), number(y)) for x, y in places)
+        yield from ((title, name.lstrip("_"), x, y) for x, y in places)
 
 
 def _tops(bars: mpl.BarContainer) -> Iterator[tuple[float, float]]:
@@ -58,14 +50,8 @@ def _maps(axes: mpl.Axes) -> Iterator[Table]:
         values = mesh.get_array() if isinstance(mesh, mpl.QuadMesh) else None
         if values is None:
             continue
-        title = axes.get_title(loc="left") or "map"
-        rows = [
-            (number(i), number(j), number(float(value)))
-            for (i, j), value in np.ndenumerate(np.asarray(values))
-        ]
-        columns = (
-            Heading(axes.get_ylabel() or "row"),
-            Heading(axes.get_xlabel() or "column"),
-            Heading("Value"),
+        rows = [(*at, value) for at, value in np.ndenumerate(np.asarray(values))]
+        down, across = axes.get_ylabel() or "row", axes.get_xlabel() or "column"
+        yield Table.of(
+            axes.get_title(loc="left") or "map", (Column(down), Column(across), Column("Value")), rows
         )
-        yield Table(title, columns, tuple(rows))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identify.reports.kit import posture_figure
-from identify.reports.kit.cells import NONE, Column, Table, number, words
+from identify.reports.kit.cells import NONE, Column, Table, several, words
 from identify.reports.kit.posture_pick import Postures, Quantity
 from identify.reports.kit.report import PAGE, Box, Drawing, Heading, Part, Pickers
 
@@ -59,14 +59,10 @@ def _drawing(figure: Any, caption: str, postures: Postures, shown: Sequence[Quan
 
 def _values(postures: Postures, shown: Sequence[Quantity]) -> Table:
     """Quantities by posture, for export."""
-    angles = postures.angles_deg
-    columns = [words("Posture"), *(Column(f"Joint {joint}", "°") for joint in range(1, angles.shape[1] + 1))]
-    columns += [Column(one.name, one.unit) for one in shown]
-    rows = [
-        (name, *map(number, angles[k]), *(number(one.value[k]) for one in shown))
-        for k, name in enumerate(postures.names)
-    ]
-    return Table("by posture", tuple(columns), tuple(rows))
+    joints = [f"Joint {joint + 1}" for joint in range(postures.angles_deg.shape[1])]
+    angles = several(joints, "°", postures.angles_deg)
+    values = [Column(one.name, one.unit, one.value) for one in shown]
+    return Table("by posture", [words("Posture", postures.names), *angles, *values])
 
 
 def posture_data(postures: Postures, first: str) -> dict[str, Any]:
