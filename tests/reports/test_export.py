@@ -83,7 +83,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_arrows_point_where_the_channels_look() -> None:
-    from identify.reports.fit.pick import ways
+    from identify.reports.shared.pick import ways
 
     g = frf_result(5, 3).measurements["posture1"].geometry
     found = list(ways(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"]).values())

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.reports.fit import pick
+from identify.reports.shared import pick
 from identify.results.fit import FrfComparison, MeasurementResult
 from tests.reports.sample import frf_result, modal_result
 

@@ -26,7 +26,7 @@ def _all(result: FitResult) -> list[Table]:
         measurement_tables.error_table,
     )
     measurements = list(result.measurements.values())
-    made = [tables.parameter_rows(result.parameters), *(make(result) for make in run)]
+    made = [tables.parameter_table(result.parameters), *(make(result) for make in run)]
     made += [measurement_tables.mode_table(m) for m in measurements]
     made += [measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf]
     return [table for table in made if table is not None]
@@ -40,7 +40,7 @@ def test_every_row_fits_its_columns(result: FitResult) -> None:
 
 
 def test_parameters() -> None:
-    rows = tables.parameter_rows(frf_result().parameters).rows
+    rows = tables.parameter_table(frf_result().parameters).rows
     assert rows[0] == (
         "joint1.rz.stiffness",
         "1.835e6",
@@ -56,7 +56,7 @@ def test_parameters() -> None:
     assert rows[2][-1] == "weak"
     p = frf_result().parameters
     at_bound = dataclasses.replace(p, status=(*p.status[:2], "at its upper bound", *p.status[3:]))
-    assert tables.parameter_rows(at_bound).rows[2][-1] == "at its upper bound"
+    assert tables.parameter_table(at_bound).rows[2][-1] == "at its upper bound"
     assert rows[3][3:6] == (NONE, NONE, NONE)
     assert rows[3][-1] == "fixed"
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
-from identify.reports.fit import pick
+from identify.reports.shared import pick
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, plain_decades, wide

@@ -12,7 +12,7 @@ from identify.measured.channel import Channel
 from identify.measured.modal_table import ModalTable
 from identify.modal.mac import macx
 from identify.modal.pairing import pair
-from identify.reports.fit.pick import shown_modes
+from identify.reports.shared.pick import shown_modes
 from identify.reports.kit.figures import Mac
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison, MeasurementResult

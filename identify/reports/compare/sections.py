@@ -17,9 +17,9 @@ from identify.reports.compare.figure import (
     shown_range,
 )
 from identify.reports.compare.pick import Shared, matched, shape_mac, shared
-from identify.reports.fit import measurement_tables
-from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
-from identify.reports.fit.parts import (
+from identify.reports.shared import measurement_tables
+from identify.reports.shared.page_data import channels, frf_data, mac_data, robot_data
+from identify.reports.shared.parts import (
     error_lists,
     frf_picker,
     mac,
@@ -28,7 +28,7 @@ from identify.reports.fit.parts import (
     stage,
     worst,
 )
-from identify.reports.fit.pick import errors
+from identify.reports.shared.pick import errors
 from identify.reports.kit.cells import Column, Curves, Table, number
 from identify.reports.kit.report import (
     EVERYWHERE,
@@ -45,7 +45,7 @@ from identify.reports.kit.report import (
     Text,
     origin,
 )
-from identify.reports.kit.shapes import ModeView, beside_views
+from identify.reports.shared.shapes import ModeView, beside_views
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison
 

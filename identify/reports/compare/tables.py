@@ -6,8 +6,8 @@ import numpy as np
 
 from identify.core.text import count
 from identify.reports.compare.pick import Shared, matched
-from identify.reports.fit.measurement_tables import use
-from identify.reports.fit.pick import errors, half_interval, partner, shown_modes
+from identify.reports.shared.measurement_tables import use
+from identify.reports.shared.pick import errors, half_interval, partner, shown_modes
 from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
 from identify.results.comparison import Comparison, apart_in_std
 from identify.results.fit import FitResult, MeasurementResult

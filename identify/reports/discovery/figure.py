@@ -22,7 +22,7 @@ from identify.reports.discovery.pick import (
     standing,
 )
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit import robot_figure
+from identify.reports.shared import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import (
     BLUE,

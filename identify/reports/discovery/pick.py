@@ -12,7 +12,7 @@ import numpy as np
 from identify.core.arrays import Array, Texts
 from identify.core.thresholds import QUIET
 from identify.reports.compare.pick import Shared
-from identify.reports.fit.measurement_tables import use
+from identify.reports.shared.measurement_tables import use
 from identify.results.comparison import Comparison
 from identify.results.discovery import DiscoveryResult, GapByBand, OptionTable, PartTable
 from identify.results.tables import Geometry

@@ -28,9 +28,9 @@ from identify.reports.discovery.pick import (
     standing,
     waterfall,
 )
-from identify.reports.fit import measurement_tables
-from identify.reports.fit.page_data import measurement_data
-from identify.reports.fit.parts import (
+from identify.reports.shared import measurement_tables
+from identify.reports.shared.page_data import measurement_data
+from identify.reports.shared.parts import (
     error_lists,
     first_shapes,
     frf_picker,
@@ -40,7 +40,7 @@ from identify.reports.fit.parts import (
     stages_of,
     worst,
 )
-from identify.reports.fit.pick import errors
+from identify.reports.shared.pick import errors
 from identify.reports.fit.tables import parameter_rows
 from identify.reports.kit.cells import Column, Curves, Table, number, words
 from identify.reports.kit.figures import pair_mac
@@ -61,7 +61,7 @@ from identify.reports.kit.report import (
     Text,
     origin,
 )
-from identify.reports.kit.robot_figure import Marks, projected
+from identify.reports.shared.robot_figure import Marks, projected
 from identify.results.discovery import DiscoveryResult, StepResult
 
 _PARTS = (
@@ -92,7 +92,7 @@ def report(result: DiscoveryResult) -> Report:
         Tabular(tables.added_parameter_table(result), heading=True, terminal=_ADDED, on=EVERYWHERE),
     ]
     steps = [part for number_of, step in story for part in _step(number_of, step)]
-    table = compare_tables.parameter_table(runs) if several else parameter_rows(result.before.parameters)
+    table = compare_tables.parameter_table(runs) if several else parameter_table(result.before.parameters)
     ratios = ratio_parts(runs, table, f"the {next(iter(runs.runs))}")
     step_data = {"steps": [_step_data(step) for _, step in story], "convincing": CONVINCING}
     sections = [

@@ -9,8 +9,8 @@ from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import removed
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery.pick import AFTER, BEFORE, PART_KINDS, SHOWN, first_gaps, last_gaps, outcome
-from identify.reports.fit.measurement_tables import use
-from identify.reports.fit.pick import half_interval, interval_limits, mac_of
+from identify.reports.shared.measurement_tables import use
+from identify.reports.shared.pick import half_interval, interval_limits, mac_of
 from identify.reports.kit.cells import NONE, Column, Number, Table, number, percent, signed, unit, words
 from identify.results.discovery import DiscoveryResult, StepResult
 from identify.results.fit import MeasurementResult, ModePairs

@@ -121,8 +121,8 @@ class Pickers:
 
 @dataclass(frozen=True)
 class Widget:
-    """A piece of the page that moves or is picked from: a macro of `parts.html.j2` with its arguments, and what
-    its script draws from.
+    """A piece of the page that moves or is picked from: a macro of `parts.html.j2` with its arguments, and
+    what its script draws from.
     """
 
     name: str

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from identify.core.text import capital
-from identify.reports.fit import data, measurement_tables, pick
-from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
-from identify.reports.fit.parts import (
+from identify.reports.shared import data, measurement_tables, pick
+from identify.reports.shared.page_data import channels, frf_data, mac_data, robot_data
+from identify.reports.shared.parts import (
     STAGES,
     error_lists,
     frf_picker,
@@ -20,7 +20,7 @@ from identify.reports.fit.parts import (
     shapes,
     stage,
 )
-from identify.reports.kit import robot_figure
+from identify.reports.shared import robot_figure
 from identify.reports.kit.cells import number, percent, unit
 from identify.reports.kit.figures import Mac
 from identify.reports.kit.report import (
@@ -38,7 +38,7 @@ from identify.reports.kit.report import (
     Text,
     origin,
 )
-from identify.reports.kit.shapes import analysed_views
+from identify.reports.shared.shapes import analysed_views
 from identify.reports.modes import tables
 from identify.reports.modes.figure import stabilisation
 from identify.reports.modes.setup_table import setup_table

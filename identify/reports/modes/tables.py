@@ -6,8 +6,8 @@ import numpy as np
 
 from identify.core.text import capital, count
 from identify.core.thresholds import SIGMAS_95
-from identify.reports.fit.measurement_tables import band, pair_name
-from identify.reports.fit.pick import worst_first
+from identify.reports.shared.measurement_tables import band, pair_name
+from identify.reports.shared.pick import worst_first
 from identify.reports.kit.cells import Column, Table, number, percent, words
 from identify.results.modes import AnalysedMeasurement, ModesResult
 

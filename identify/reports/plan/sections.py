@@ -7,11 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from identify.reports.fit.data import geometry
-from identify.reports.fit.page_data import Channels, robot_data
-from identify.reports.fit.parts import stage
-from identify.reports.fit.pick import nodes
-from identify.reports.kit import robot_figure
 from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import (
     Column,
@@ -37,7 +32,12 @@ from identify.reports.kit.report import (
     note,
     origin,
 )
-from identify.reports.kit.shapes import model_view
+from identify.reports.shared import robot_figure
+from identify.reports.shared.data import geometry
+from identify.reports.shared.page_data import Channels, robot_data
+from identify.reports.shared.parts import stage
+from identify.reports.shared.pick import nodes
+from identify.reports.shared.shapes import model_view
 from identify.results.plan import PlannedPlace, PlanResult
 
 _MODES = 8

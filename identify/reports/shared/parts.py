@@ -9,11 +9,10 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import count, listed
-from identify.reports.fit import data, frf_figure, measurement_tables, pick
-from identify.reports.kit import figures, robot_figure
 from identify.reports.kit.cells import Table
-from identify.reports.kit.report import PAGE, PRINT, Drawing, Fold, Part, Tabular, Text, Widget
-from identify.reports.kit.shapes import ModeView, mode_views
+from identify.reports.kit.report import PAGE, PRINT, Drawing, Fold, Part, Tabular, Widget, note
+from identify.reports.shared import data, figures, frf_figure, measurement_tables, pick, robot_figure
+from identify.reports.shared.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
 
 Page = Mapping[str, Any]
@@ -90,16 +89,13 @@ def overlays_beside(name: str, frfs: Mapping[str, FrfComparison], said: str) -> 
 
 def gap_maps(named: Sequence[tuple[str, FrfComparison]], measurements: Sequence[Any]) -> list[Part]:
     """Where in frequency and channel the residual is: one measurement at a time on the page."""
-    drawings = [
-        Drawing(
-            "",
-            partial(figures.gap_map, name, frf),
-            f"Residual by band and FRF, {name}.",
-            lambda frf=frf: [data.gap_map(frf)],  # type: ignore[misc]
-        )
-        for name, frf in named
-    ]
+    drawings = [_gap_map(name, frf) for name, frf in named]
     return [Widget("gap_map", {"measurements": measurements}), *drawings]
+
+
+def _gap_map(name: str, frf: FrfComparison) -> Drawing:
+    figure, caption = partial(figures.gap_map, name, frf), f"Residual by band and FRF, {name}."
+    return Drawing("", figure, caption, lambda: [data.gap_map(frf)])
 
 
 def error_lists(tables: Sequence[Table]) -> list[Part]:
@@ -108,7 +104,7 @@ def error_lists(tables: Sequence[Table]) -> list[Part]:
         Fold(table.title, [Tabular(table, sort=f"frf-{k}", limit=15)], open=not k, on=PAGE)
         for k, table in enumerate(tables)
     ]
-    return [*folds, Text("Worst first. Click a heading to sort, a row to see its FRF.", "note", PAGE)]
+    return [*folds, note("Worst first. Click a heading to sort, a row to see its FRF.")]
 
 
 def mac(matrices: Sequence[figures.Mac], caption: str) -> list[Part]:

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from identify.reports.kit import posture_figure
 from identify.reports.kit.cells import NONE, Column, Table, several, words
-from identify.reports.kit.posture_pick import Postures, Quantity
 from identify.reports.kit.report import PAGE, Box, Drawing, Heading, Part, Pickers
+from identify.reports.shared import posture_figure
+from identify.reports.shared.posture_pick import Postures, Quantity
 
 _CHOICES = (
     ("Quantity", "posture-quantity"),
@@ -21,19 +21,23 @@ _CHOICES = (
 )
 
 
-def pictures(note: str) -> list[Part]:
-    """What `postures.js` fills on the page: a quantity over an angle, and as colour over two."""
+def pictures(note: str, page: dict[str, Any]) -> list[Part]:
+    """What `postures.js` fills on the page: a quantity over an angle, and as colour over two; page: of
+    `posture_data`, and what else is drawn there.
+    """
+    plots = [Drawing("trend-plot", page=page, scripts=("postures.js",)), Drawing("posture-plot")]
     return [
         Pickers(tuple((label, anchor, ()) for label, anchor in _CHOICES)),
-        Box("columns two", [Drawing("trend-plot"), Drawing("posture-plot")]),
+        Box("columns two", plots),
         Heading("All frequencies", on=PAGE),
         Drawing("frequency-plot", note=note),
     ]
 
 
-def trends(postures: Postures, shown: Sequence[Quantity], caption: str) -> Drawing:
+def trends(postures: Postures, shown: Sequence[Quantity], caption: str) -> Drawing | None:
     """Quantities over the joint they change with, in the PDF."""
-    return _drawing(partial(posture_figure.trends, postures, shown), caption, postures, shown)
+    figure = partial(posture_figure.trends, postures, shown)
+    return _drawing(figure, caption, postures, shown) if shown else None
 
 
 def modes(postures: Postures, said: str) -> Iterator[Drawing]:
@@ -65,40 +69,28 @@ def _values(postures: Postures, shown: Sequence[Quantity]) -> Table:
     return Table("by posture", [words("Posture", postures.names), *angles, *values])
 
 
-def posture_data(postures: Postures, first: str) -> dict[str, Any]:
-    """What `postures.js` draws from: quantities, and what they can be shown over."""
+def posture_data(postures: Postures, first: str, most: Sequence[int] | None = None) -> dict[str, Any]:
+    """What `postures.js` draws from, as `postures`: quantities, and what they can be shown over."""
     varied = sorted(postures.varied)
-    over = [
-        {"label": f"Joint {joint + 1} (°)", "values": postures.angles_deg[:, joint], "joint": joint + 1}
-        for joint in varied
-    ]
-    over += [
-        {"label": f"Tool {axis} (m)", "values": postures.tool_m[:, k], "joint": 0}
-        for k, axis in enumerate("xyz")
-    ]
     reach = np.hypot(postures.tool_m[:, 0], postures.tool_m[:, 1])
-    over += [{"label": "Reach of the tool (m)", "values": reach, "joint": 0}]
-    over += [{"label": f"Posture ({NONE})", "values": np.arange(1, len(postures.names) + 1), "joint": 0}]
+    sides = [
+        *((f"Joint {joint + 1} (°)", postures.angles_deg[:, joint], joint + 1) for joint in varied),
+        *((f"Tool {axis} (m)", postures.tool_m[:, k], 0) for k, axis in enumerate("xyz")),
+        ("Reach of the tool (m)", reach, 0),
+        (f"Posture ({NONE})", np.arange(1, len(postures.names) + 1), 0),
+    ]
     names = [one.name for one in postures.quantities]
-    return {
+    found = {
         "names": list(postures.names),
-        "over": over,
+        "over": [{"label": label, "values": values, "joint": joint} for label, values, joint in sides],
         "quantities": [_quantity(one, postures.joint_of(one) + 1) for one in postures.quantities],
         "first": names.index(first) if first in names else 0,
-        "most": [varied.index(joint) for joint in postures.telling[:2]],
+        "most": [varied.index(joint) for joint in postures.telling[:2]] if most is None else most,
     }
+    return {"postures": found}
 
 
 def _quantity(one: Quantity, joint: int) -> dict[str, Any]:
-    return {
-        "kind": one.kind,
-        "name": one.name,
-        "label": one.label,
-        "value": one.value,
-        "low": one.low,
-        "high": one.high,
-        "level": one.level,
-        "level_name": one.level_name,
-        "joint": joint,
-        "faint": None if one.faint is None else one.faint.astype(int),
-    }
+    drawn = {name: value for name, value in vars(one).items() if name != "unit"}
+    faint = None if one.faint is None else one.faint.astype(int)
+    return drawn | {"label": one.label, "joint": joint, "faint": faint}

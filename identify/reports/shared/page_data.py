@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.reports.fit import measurement_tables, pick
 from identify.reports.kit.cells import number, unit
-from identify.reports.kit.figures import Mac, pair_mac
-from identify.reports.kit.packing import pack, pack_frfs
-from identify.reports.kit.shapes import ModeView, mode_views
+from identify.reports.shared import measurement_tables, pick
+from identify.reports.shared.figures import Mac, pair_mac
+from identify.reports.shared.packing import pack, pack_frfs
+from identify.reports.shared.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
 from identify.results.tables import Bodies, Geometry
 

@@ -12,7 +12,7 @@ from identify.core.arrays import Array
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, PALETTE, WIDTH_IN
-from identify.reports.kit.posture_pick import Postures, Quantity
+from identify.reports.shared.posture_pick import Postures, Quantity
 
 _COLUMNS = 3
 _MANY = 200

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array
-from identify.reports.fit.measurement_tables import pair_name
-from identify.reports.fit.pick import is_drive_point, shown_frfs
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE, number, unit
 from identify.reports.kit.figures import BLUE, GREEN, INK, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.small_panels import Box, Panel, SmallPanels, limits, ticks
+from identify.reports.shared.measurement_tables import pair_name
+from identify.reports.shared.pick import is_drive_point, shown_frfs
 from identify.results.fit import FrfComparison
 
 _COLUMNS = 3

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Complex
-from identify.reports.fit.pick import mac_of, partner, shown_modes
 from identify.reports.kit.cells import number, percent
+from identify.reports.shared.pick import mac_of, partner, shown_modes
 from identify.results.fit import MeasurementResult, ModePairs
 from identify.results.modes import AnalysedMeasurement
 from identify.results.tables import Modes
