@@ -8,10 +8,10 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
-from identify.reports.shared import pick
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE
 from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, plain_decades, wide
+from identify.reports.shared import pick
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison
 
@@ -107,8 +107,5 @@ def residuals(one: Shared) -> mpl.Figure:
 
 def residual_label(one: Shared) -> str:
     """What residuals are relative to."""
-    return (
-        "Residual / noise (1 = noise)"
-        if next(iter(one.frfs.values())).noise is not None
-        else "Residual / measured"
-    )
+    in_noise = next(iter(one.frfs.values())).noise is not None
+    return "Residual / noise (1 = noise)" if in_noise else "Residual / measured"

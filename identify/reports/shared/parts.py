@@ -47,9 +47,11 @@ def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]
     return [(kind, about) for kind, about in STAGES.items() if there[kind]]
 
 
-def frf_picker(measurements: Sequence[Any], initial: bool = False) -> Widget:
-    """One FRF of the page at a time; initial: whether the start model's can be shown."""
-    return Widget("frf_picker", {"measurements": measurements, "initial": initial})
+def frf_picker(measurements: Sequence[Any], initial: bool = False, page: Page | None = None) -> Widget:
+    """One FRF of the page at a time; initial: whether the start model's can be shown; page: as of `stage`,
+    where there is none.
+    """
+    return Widget("frf_picker", {"measurements": measurements, "initial": initial}, page or {})
 
 
 def overlays(name: str, frf: FrfComparison, modelled: str = "fitted") -> list[Part]:
