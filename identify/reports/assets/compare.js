@@ -23,7 +23,7 @@
   const residualAxis = (values, label) => Math.max(...values) < 5 * Math.min(...values.filter(v => v > 0))
     ? {title: {text: label}, rangemode: "tozero"} : logAxis(values, label);
 
-  DATA.residuals.forEach((one, k) => draw(`residual-${k}`, () => [Object.entries(one.runs).map(([label, {edges, values}]) => {
+  (DATA.residuals ?? []).forEach((one, k) => draw(`residual-${k}`, () => [Object.entries(one.runs).map(([label, {edges, values}]) => {
     const i = labels.indexOf(label);
     return {x: edges, y: values, name: label, mode: "lines", line: {shape: "hv", width: 2, color: PALETTE[i % PALETTE.length], dash: dashes[i % dashes.length], simplify: false}, hovertemplate: "from %{x:.3g} Hz: %{y:.3g}"};
   }), {

@@ -8,8 +8,6 @@ from identify.core.arrays import Array
 from identify.reports.batch import tables
 from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column
-from identify.reports.shared.posture_pick import batch_postures
-from identify.reports.shared.posture_section import maps, modes, pictures, posture_data, trends
 from identify.reports.kit.report import (
     EVERYWHERE,
     PRINT,
@@ -21,6 +19,8 @@ from identify.reports.kit.report import (
     given,
     origin,
 )
+from identify.reports.shared.posture_pick import batch_postures
+from identify.reports.shared.posture_section import maps, modes, pictures, posture_data, trends
 from identify.results.batch import BatchResult, PopulationTable
 
 _PANELS = 18

@@ -19,10 +19,9 @@ from identify.reports.discovery.pick import (
     gaps_on_robot,
     is_wide,
     reach,
-    standing,
+    standings,
 )
 from identify.reports.kit import plotting as mpl
-from identify.reports.shared import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import (
     BLUE,
@@ -37,6 +36,7 @@ from identify.reports.kit.figures import (
     head,
     wide,
 )
+from identify.reports.shared import robot_figure
 from identify.results.discovery import DiscoveryResult, StepResult
 
 GAP = "Gap: residual / noise (1 = noise)"
@@ -126,7 +126,7 @@ def options(step: StepResult) -> mpl.Figure:
     known = np.flatnonzero(np.isfinite(evidence))
     worth = np.maximum(evidence[known], 1.0)
     right.hlines(known, 1.0, worth, color=GRID, lw=3, zorder=1)
-    stand = np.array([standing(verdict) for verdict in o.verdict[chosen]])
+    stand = np.array(standings(step))
     for number_of, (color, marker) in enumerate(_STANDING):
         own = stand == number_of
         if own.any():

@@ -10,8 +10,6 @@ import numpy as np
 
 from identify.core.arrays import Index
 from identify.reports.kit.cells import Column, Curves, angles, several
-from identify.reports.shared.posture_pick import map_postures_of
-from identify.reports.shared.posture_section import maps, modes, pictures, posture_data
 from identify.reports.kit.report import (
     EVERYWHERE,
     PRINT,
@@ -26,6 +24,8 @@ from identify.reports.kit.report import (
 )
 from identify.reports.map import tables
 from identify.reports.map.figure import receptances
+from identify.reports.shared.posture_pick import map_postures_of
+from identify.reports.shared.posture_section import maps, modes, pictures, posture_data
 from identify.results.map import MapResult
 
 _FRFS, _DRAWN = 40, 3

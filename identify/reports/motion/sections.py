@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from identify.reports.shared.parameters import PARAMETERS_TERMINAL, parameter_table
 from identify.reports.kit.cells import Column, Curves, Table
 from identify.reports.kit.report import (
     EVERYWHERE,
@@ -27,6 +26,7 @@ from identify.reports.motion import tables
 from identify.reports.motion.circle_figure import circles
 from identify.reports.motion.figure import histories
 from identify.reports.motion.pick import moving, panels
+from identify.reports.shared.parameters import PARAMETERS_TERMINAL, parameter_table
 from identify.results.circular import CircularTest
 from identify.results.motion import MotionResult, RecordResult
 
