@@ -16,7 +16,7 @@ from nbclient import NotebookClient
 
 import identify
 from identify.core.errors import InputError
-from identify.reports.kit.cells import Column, Table, number
+from identify.reports.kit.cells import Column, Table, words
 from identify.reports.next_step import next_steps
 from identify.reports.outcome import Columns, Result
 from identify.results import file as result_file
@@ -98,8 +98,8 @@ def test_every_kind_of_result_has_tables_and_figures(case: object) -> None:
 
 
 def test_a_column_of_numbers_is_one() -> None:
-    columns = (Column("Mode", numeric=False), Column("Frequency", "Hz"))
-    table = Columns(Table("Modes", columns, (("a", number(12.3456)), ("b", number(math.nan)))))
+    columns = (words("Mode", ["a", "b"]), Column("Frequency", "Hz", [12.3456, math.nan]))
+    table = Columns(Table("Modes", columns))
     assert table["Frequency (Hz)"][0] == 12.3456
     assert math.isnan(table["Frequency (Hz)"][1])
     assert table["Mode"] == ["a", "b"]

@@ -12,6 +12,7 @@ import pytest
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery import sections
 from identify.reports.discovery import tables as discovery_tables
+from identify.reports.discovery.page_data import page_data
 from identify.reports.discovery.pick import AFTER, BEFORE, beside, gap_maps, part_bars, reach, waterfall
 from identify.reports.kit.cells import NONE
 from tests.reports.discovery_sample import BASE, ODD, TILT, discovery_result, null_result
@@ -80,7 +81,7 @@ def test_nothing_is_embedded_twice() -> None:
 
 def test_gap_maps_stand_beside_each_other_in_the_same_colours() -> None:
     result = discovery_result()
-    data = sections._map_data(result)
+    data = page_data(result)["maps"]
     for row, ((title, panels), drawn) in enumerate(zip(gap_maps(result), data["sets"], strict=True)):
         assert title == ("posture1, fitted", "posture2, validation only")[row]
         assert [label for label, _ in panels] == [BEFORE, AFTER]

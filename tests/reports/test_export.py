@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
-from identify.reports.fit import data
 from identify.reports.kit import figures
 from identify.reports.kit.document import Document
 from identify.reports.kit.export import contents
+from identify.reports.shared import data
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from tests.reports.sample import frf_result, modal_result
