@@ -5,7 +5,6 @@ command.
 from __future__ import annotations
 
 import re
-import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -31,14 +30,7 @@ from identify.api.options import (
 )
 from identify.api.robot_options import InitOptions, PointsOptions, RobotFile
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
-from identify.core.errors import (
-    EXIT_BAD_INPUT,
-    EXIT_FAILED_CHECK,
-    EXIT_INTERRUPTED,
-    EXIT_NOT_CONVERGED,
-    InputError,
-    InputErrors,
-)
+from identify.core.errors import EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, InputError, InputErrors
 from identify.core.text import typed
 from identify.core.version import VERSION
 
@@ -493,61 +485,3 @@ def _with_options(error: InputError) -> InputError:
 def _say_written(paths: Iterable[Path], in_time: str = "") -> None:
     for path in paths:
         typer.echo(f"wrote {path}{in_time}")
-
-
-def main() -> None:
-    """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
-    code 2, Ctrl-C and a polite kill into one and exit code 130.
-    """
-    import os
-    import warnings
-
-    from identify.core.interruption import Interrupted, check, listening
-    from identify.core.part_file import DamagedPart
-    from identify.core.plugin import BrokenPlugin
-
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    os.environ.setdefault("MUJOCO_GL", "disable")  # no window is opened: its libraries are slow to load
-    show = warnings.showwarning
-
-    def note(message: Warning | str, category: type[Warning], *where: Any, **other: Any) -> None:
-        if issubclass(category, (DamagedPart, BrokenPlugin)):
-            typer.echo(f"note: {message}", err=True)
-        else:
-            show(message, category, *where, **other)
-
-    warnings.showwarning = note
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a pipe of another code page must not end a finished run
-            stream.reconfigure(errors="replace")
-    ended = _sentence_on_interruption(sys.argv[1:2])
-    try:
-        with listening(ended):
-            try:
-                app()
-            except SystemExit:
-                check()  # a signal that came too late to be looked at is not swallowed
-                raise
-    except (InputError, InputErrors) as error:
-        typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
-        sys.exit(EXIT_BAD_INPUT)
-    except Interrupted:
-        typer.echo(ended, err=True)
-        sys.exit(EXIT_INTERRUPTED)
-
-
-def _sentence_on_interruption(words: list[str]) -> str:
-    """What is said when a command was interrupted: how it is resumed, where it can be."""
-    import inspect
-
-    resumable = [
-        (one.name or one.callback.__name__)
-        for one in app.registered_commands
-        if one.callback is not None and "resume" in inspect.signature(one.callback).parameters
-    ]
-    return (
-        "interrupted; resume with `--resume`"
-        if words[:1] in [[name] for name in resumable]
-        else "interrupted"
-    )

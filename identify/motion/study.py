@@ -15,7 +15,9 @@ from identify.core.config import ConfigFile, Settings, read_settings
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
-from identify.model.effects.springs import JointSprings
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.springs import Springs
 from identify.model.laws.friction import Smoothing
 from identify.motion.bodies import Balancer, Bodies
 from identify.motion.command import Move
@@ -42,9 +44,9 @@ WEIGHTS = (
 Deviation = Annotated[float, Field(gt=0)]
 
 
-def _spring(data: Any) -> JointSprings:
+def _spring(data: Any) -> Springs:
     effect = parse_effect(data)
-    if not isinstance(effect, JointSprings):
+    if not isinstance(effect, JointCompliance | BaseCompliance):
         raise ValueError(
             f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
         )
@@ -119,7 +121,7 @@ class MotionCandidate(Settings):
     numbers: dict[str, Number] = Field(
         {}, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
     )
-    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+    effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
         [], description="springs that it brings: joint-compliance, base-compliance"
     )
     smoothing: Smoothing | None = Field(
@@ -156,7 +158,7 @@ class MotionStudy(Settings):
     schema_: Literal["identify-motion/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that moves")
-    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+    effects: list[Annotated[Springs, BeforeValidator(_spring)]] = Field(
         [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
     )
     tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")
