@@ -107,5 +107,4 @@ def residuals(one: Shared) -> mpl.Figure:
 
 def residual_label(one: Shared) -> str:
     """What residuals are relative to."""
-    in_noise = next(iter(one.frfs.values())).noise is not None
-    return "Residual / noise (1 = noise)" if in_noise else "Residual / measured"
+    return "Residual / noise (1 = noise)" if one.in_noise else "Residual / measured"

@@ -33,6 +33,11 @@ class Shared:
         """What the first run made of it."""
         return next(iter(self.runs.values()))
 
+    @property
+    def in_noise(self) -> bool:
+        """Whether residuals are over the noise, else over the measurement."""
+        return next(iter(self.frfs.values())).noise is not None
+
 
 def shared(comparison: Comparison) -> list[Shared]:
     """The measurements that at least two runs have, by name, in the order of the first run that has them."""
@@ -98,5 +103,5 @@ def shape_mac(one: Shared) -> Mac | None:
         return None
     tables = _table(a), _table(b)
     assert tables[0].shapes is not None and tables[1].shapes is not None
-    hz, labels = (tables[0].frequency_hz, tables[1].frequency_hz), (f"{label_a} (Hz)", f"{label_b} (Hz)")
+    hz, labels = (tables[0].frequency_hz, tables[1].frequency_hz), (label_a, label_b)
     return Mac(one.name, macx(tables[0].shapes, tables[1].shapes), *hz, *labels)

@@ -29,7 +29,7 @@ from identify.reports.kit.report import (
     origin,
 )
 from identify.reports.shared import measurement_tables
-from identify.reports.shared.data import banded
+from identify.reports.shared.data import RESIDUAL, banded
 from identify.reports.shared.page_data import channels, frf_data, mac_data, robot_data
 from identify.reports.shared.parts import (
     Page,
@@ -157,7 +157,7 @@ def _steps(one: Shared) -> dict[str, Any]:
 def _residual_curves(one: Shared) -> list[Curves]:
     """The residual of every run over frequency."""
     bands = [figure.band_gaps(frf) for frf in one.frfs.values()]
-    what = figure.residual_label(one).split(" (")[0].lower().replace(" ", "")
+    what = RESIDUAL[one.in_noise]
     values = np.column_stack([values for _, values in bands])
     return [Curves("residuals", banded(bands[0][0], list(one.frfs), what, values))]
 

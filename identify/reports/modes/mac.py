@@ -93,7 +93,7 @@ def picture(found: ShapeComparison) -> mpl.Figure:
     """The MAC matrix; InputError where shapes are missing."""
     if found.mac is None:
         raise InputError(found.name_b, "no shapes that both have", "shapes at common channels")
-    hz, sides = (found.a.frequency_hz, found.b.frequency_hz), (f"{found.name_a} (Hz)", f"{found.name_b} (Hz)")
+    hz, sides = (found.a.frequency_hz, found.b.frequency_hz), (found.name_a, found.name_b)
     return mac([Mac("MAC", found.mac, *hz, *sides)])
 
 

@@ -166,7 +166,7 @@ def _robot(m: AnalysedMeasurement, geometry: Geometry) -> dict[str, Any]:
 
 def _auto_mac(m: AnalysedMeasurement) -> Mac | None:
     hz = m.modes.frequency_hz
-    return Mac(m.name, m.modes.auto_mac, hz, hz, "Mode (Hz)", "Mode (Hz)") if len(hz) > 1 else None
+    return Mac(m.name, m.modes.auto_mac, hz, hz, "Mode", "Mode") if len(hz) > 1 else None
 
 
 def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from identify.results.fit import FrfComparison
 from identify.results.tables import Geometry
 
 _AXES = ("X", "Y", "Z")
+RESIDUAL = ("residual/measured", "residual/noise")
+"""What residuals are over: the measurement, or the noise where it is known."""
 
 
 def frfs(frf: FrfComparison, modelled: str = "fitted") -> tuple[Curves, ...]:
@@ -57,8 +59,7 @@ def _pairs(frf: FrfComparison) -> list[str]:
 def gap_map(frf: FrfComparison) -> Curves:
     """The gap map, a row per band."""
     found = pick.gap_map(frf)
-    what = "residual/noise" if found.in_noise else "residual/measured"
-    return Curves("gap by band", banded(found.edges_hz, _pairs(frf), what, found.values))
+    return Curves("gap by band", banded(found.edges_hz, _pairs(frf), RESIDUAL[found.in_noise], found.values))
 
 
 def banded(edges_hz: Array, headings: Sequence[str], of: str, values: Array) -> list[Column]:
@@ -69,7 +70,7 @@ def banded(edges_hz: Array, headings: Sequence[str], of: str, values: Array) -> 
 
 def mac(one: Mac) -> Table:
     """A MAC matrix with the frequencies of its sides."""
-    side = Column(one.down.removesuffix(" (Hz)"), "Hz", one.rows_hz)
+    side = Column(one.down, "Hz", one.rows_hz)
     return Table(
         f"MAC {one.name}", [side, *several([f"{number(hz)} Hz" for hz in one.columns_hz], "", one.values)]
     )

@@ -56,14 +56,14 @@ def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
 
 @dataclass(frozen=True)
 class Mac:
-    """A MAC matrix (rows, columns) with the frequencies and the names of its sides."""
+    """A MAC matrix (rows, columns) with the frequencies, Hz, and the names of its sides."""
 
     name: str
     values: NDArray[np.float64]
     rows_hz: NDArray[np.float64]
     columns_hz: NDArray[np.float64]
-    down: str = "Measured (Hz)"
-    across: str = "Model (Hz)"
+    down: str = "Measured"
+    across: str = "Model"
 
 
 def pair_mac(m: MeasurementResult) -> Mac | None:
@@ -110,4 +110,4 @@ def _mac(axes: mpl.Axes, one: Mac) -> None:
         )
     axes.set_xticks(np.arange(one.values.shape[1]) + 0.5, [number(hz) for hz in one.columns_hz], fontsize=7)
     axes.set_yticks(np.arange(len(one.values)) + 0.5, [number(hz) for hz in one.rows_hz], fontsize=7)
-    axes.set(xlabel=one.across, ylabel=one.down, ylim=(len(one.values), 0))
+    axes.set(xlabel=f"{one.across} (Hz)", ylabel=f"{one.down} (Hz)", ylim=(len(one.values), 0))

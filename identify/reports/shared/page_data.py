@@ -140,4 +140,10 @@ def mac_data(one: Mac | None) -> dict[str, Any] | None:
     if one is None:
         return None
     rows, columns = ([number(hz) for hz in side] for side in (one.rows_hz, one.columns_hz))
-    return {"rows": rows, "columns": columns, "down": one.down, "across": one.across, "values": one.values}
+    return {
+        "rows": rows,
+        "columns": columns,
+        "down": f"{one.down} (Hz)",
+        "across": f"{one.across} (Hz)",
+        "values": one.values,
+    }

@@ -1,0 +1,23 @@
+"""Sentences that keep their code."""
+
+from __future__ import annotations
+
+import pytest
+
+from identify.core.coded import Coded, code_of
+from identify.modal.reasons import Why, because, in_short
+
+
+def test_a_sentence_is_a_text_and_keeps_its_code() -> None:
+    said = Coded("it is so", "so")
+    assert said == "it is so" and isinstance(said, str)
+    assert (code_of(said), code_of(said.and_(", still")), code_of("it is so")) == ("so", "so", "")
+    assert said.and_(", still") == "it is so, still"
+
+
+@pytest.mark.parametrize("why", list(Why))
+def test_every_reason_has_a_sentence_and_a_short_form(why: Why) -> None:
+    reason = because(why, 0.25, 3.0)
+    assert "{" not in reason and code_of(reason) == why
+    assert in_short(why) != in_short("unheard of") == "for other reasons"
+    assert Why(code_of(reason.and_(" (setup1)"))) is why
