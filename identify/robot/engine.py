@@ -17,8 +17,8 @@ from identify.core.arrays import Array, Mask, cross
 from identify.robot.posture import AXES, Mechanism
 
 mujoco.set_mju_user_warning(lambda text: None)
-"""The engine would write its warnings into MUJOCO_LOG.TXT wherever the user is; a motion that runs away, which
-is what it warns of, is looked for (`engine_motion`).
+"""The engine would write its warnings into MUJOCO_LOG.TXT wherever the user is; a motion that runs away,
+of which it warns, is looked for (`engine_motion`).
 """
 
 _TURN = 1e-4

@@ -138,20 +138,9 @@ def residual_parts(with_frf: list[Shared]) -> list[Part]:
     """The residual of every run over frequency, a plot a measurement."""
     parts: list[Part] = []
     for k, one in enumerate(with_frf):
-        caption = f"Residual over frequency, {one.name}, all common FRFs together."
-        drawn, numbers = partial(figure.residuals, one), partial(_residual_curves, one)
-        page = {"residuals": [_steps(one)]}
-        drawing = Drawing(f"residual-{k}", drawn, caption, numbers, page=page, scripts=SCRIPTS)
-        parts += [Heading(one.name, on=PAGE), drawing]
+        plot = figure.residuals(f"residual-{k}", one)
+        parts += [Heading(one.name, on=PAGE), plot.drawing(partial(_residual_curves, one))]
     return parts
-
-
-def _steps(one: Shared) -> dict[str, Any]:
-    runs = {}
-    for label, frf in one.frfs.items():
-        edges, values = figure.band_gaps(frf)
-        runs[label] = {"edges": edges, "values": np.append(values, values[-1:])}
-    return {"name": one.name, "runs": runs, "label": figure.residual_label(one)}
 
 
 def _residual_curves(one: Shared) -> list[Curves]:

@@ -1,18 +1,15 @@
-"""The report of identified joints: a section per curve."""
+"""The report of identified joints: a section per curve, with what was measured, and the curve over it."""
 
 from __future__ import annotations
 
-from functools import partial
-from typing import Any
-
 import numpy as np
 
-from identify.reports.joints.figure import curve, label, scale
+from identify.core.text import capital
+from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table, interval, number, ready, sentence, unit, words
 from identify.reports.kit.report import (
     EVERYWHERE,
     Bullets,
-    Drawing,
     Part,
     Report,
     Section,
@@ -21,9 +18,12 @@ from identify.reports.kit.report import (
     Tiles,
     origin,
 )
-from identify.results.joints import CurveResult, JointsResult, Panel
+from identify.results import joints as results
+from identify.results.joints import CurveResult, JointsResult
 
 _TERMINAL = ("Value", "Identified", "95 %", "Unit", "Identifiability", "Described")
+_SHOWN = {"rad": (1e3, "mrad"), "": (1.0, "")}
+"""How small angles are shown: factor and unit."""
 
 
 def report(result: JointsResult) -> Report:
@@ -42,19 +42,38 @@ def _tiles(result: JointsResult) -> Tiles:
 
 
 def _section(anchor: str, title: str, found: CurveResult) -> Section:
-    panels = [_panel(name if len(found.panels) > 1 else "", panel) for name, panel in found.panels.items()]
-    drawing = Drawing(
-        f"{anchor}-plot",
-        partial(curve, found),
-        f"{found.title}: measured and identified.",
-        lambda: _curves(title, found),
-        page={"curves": [{"id": anchor, "panels": panels}]},
-        scripts=("joints.js",),
-    )
+    several = len(found.panels) > 1
+    panels = [_panel(name if several else "", panel) for name, panel in found.panels.items()]
+    caption = f"{found.title}: measured and identified."
+    plot = Plot(f"{anchor}-plot", Column(""), panels, caption, height=1.5 if several else 2.6)
     values = Tabular(value_table(title, found), sort=anchor, terminal=_TERMINAL, on=EVERYWHERE)
     said = [sentence(text) for text in found.said]
     remarks: list[Part] = [Bullets(said)] if len(said) > 1 else [Text(one, "note") for one in said]
-    return Section(anchor, title, [drawing, values, *remarks])
+    return Section(anchor, title, [plot.drawing(lambda: _curves(title, found)), values, *remarks])
+
+
+def _panel(title: str, panel: results.Panel) -> Panel:
+    (x_factor, x_unit), (y_factor, y_unit) = (
+        _SHOWN.get(of, (1.0, unit(of))) for of in (panel.x_unit, panel.y_unit)
+    )
+    lines = [
+        Line(name, x_factor * s.x, y_factor * s.y, points=s.look not in ("line", "noisy"), look=s.look)
+        for name, s in panel.series.items()
+    ]
+    x, y = Column(capital(panel.x_label), x_unit), Column(capital(panel.y_label), y_unit)
+    return Panel(y, lines, x=x, title=title)
+
+
+def _curves(title: str, found: CurveResult) -> list[Curves]:
+    """The numbers behind a figure, in SI: a set per series."""
+    return [
+        Curves(
+            ", ".join(part for part in (title, name, what) if part),
+            [Column(panel.x_label, panel.x_unit, own.x), Column(panel.y_label, panel.y_unit, own.y)],
+        )
+        for name, panel in found.panels.items()
+        for what, own in panel.series.items()
+    ]
 
 
 def value_table(title: str, found: CurveResult) -> Table:
@@ -74,24 +93,3 @@ def value_table(title: str, found: CurveResult) -> Table:
     said = f"RMS of what is left: {number(found.rms, 3)} {unit(found.unit)}, {found.samples} samples."
     more = " Described: what the robot's file says of the same combination." if described else ""
     return Table(title, columns, said + more)
-
-
-def _panel(title: str, panel: Panel) -> dict[str, Any]:
-    (x_factor, _), (y_factor, _) = scale(panel.x_unit), scale(panel.y_unit)
-    series = [
-        {"name": n, "look": s.look, "x": x_factor * s.x, "y": y_factor * s.y} for n, s in panel.series.items()
-    ]
-    x, y = label(panel.x_label, panel.x_unit), label(panel.y_label, panel.y_unit)
-    return {"title": title, "x": x, "y": y, "series": series}
-
-
-def _curves(title: str, found: CurveResult) -> list[Curves]:
-    """The numbers behind a figure, in SI: a set per series."""
-    return [
-        Curves(
-            ", ".join(part for part in (title, name, what) if part),
-            [Column(panel.x_label, panel.x_unit, own.x), Column(panel.y_label, panel.y_unit, own.y)],
-        )
-        for name, panel in found.panels.items()
-        for what, own in panel.series.items()
-    ]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_HEIGHT_IN = 2.3
+_MANY = 200
+"""Points from which on they are dots."""
 _DASHES = ((), (6, 2), (1, 1.5), (6, 1.5, 1, 1.5), (11, 2), (11, 1.5, 1, 1.5))
 """Strokes and gaps of lines, over their width: told apart without colour, as in print."""
 _MARKS = (("o", "circle-open"), ("s", "square-open"), ("^", "triangle-up-open"), ("D", "diamond-open"))
@@ -25,7 +26,10 @@ _MARKS = (("o", "circle-open"), ("s", "square-open"), ("^", "triangle-up-open"),
 
 @dataclass(frozen=True)
 class Line:
-    """One line, or points: x, y (n,), with the limits of its band where it has one."""
+    """One line, or points: x, y (n,), with the limits of its band where it has one.
+
+    look: `noisy`, drawn thin and dark behind the others, or `steps`, each value from its x to the next.
+    """
 
     name: str
     x: Array
@@ -33,6 +37,7 @@ class Line:
     low: Array | None = None
     high: Array | None = None
     points: bool = False
+    look: str = ""
 
     @classmethod
     def within(cls, name: str, x: Array, size: Array, half: Array) -> Line:
@@ -43,17 +48,21 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """Lines over one axis; top: where it ends, if not at the highest value."""
+    """Lines over one axis; top: where it ends, if not at the highest value; x: what they are over, if not
+    over that of the plot; title: what stands above it.
+    """
 
     y: Column
     lines: Sequence[Line]
     log: bool = False
     top: float | None = None
+    x: Column | None = None
+    title: str = ""
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Panels under each other, all over x; anchor: of the plot on the page."""
+    """Panels under each other, all over x; anchor: of the plot on the page; height of a panel, inches."""
 
     anchor: str
     x: Column
@@ -61,18 +70,20 @@ class Plot:
     caption: str
     note: str = ""
     log_x: bool = False
+    height: float = 2.3
 
-    def drawing(self) -> Drawing:
-        """The part of a report."""
-        return Drawing(
-            self.anchor, self.figure, self.caption, self.curves, self.note, "", self.data(), ("banded.js",)
-        )
+    def drawing(self, numbers: Callable[[], Sequence[Curves]] | None = None) -> Drawing:
+        """The part of a report; numbers: what is exported in place of a set per line."""
+        data, page = numbers or self.curves, self.data()
+        return Drawing(self.anchor, self.figure, self.caption, data, self.note, "", page, ("banded.js",))
 
     def data(self) -> dict[str, Any]:
         """What `banded.js` draws from."""
         panels = [
             {
                 "y": panel.y.head,
+                "x": panel.x.head if panel.x else None,
+                "title": panel.title,
                 "log": panel.log,
                 "top": panel.top,
                 "lines": [vars(one) | self._style(one) for one in panel.lines],
@@ -109,17 +120,20 @@ class Plot:
         from identify.reports.kit.figures import WIDTH_IN  # noqa: PLC0415
 
         count = len(self.panels)
-        figure = Figure((WIDTH_IN, 0.5 + _HEIGHT_IN * count), layout="constrained")
-        rows = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
+        figure = Figure((WIDTH_IN, 0.5 + self.height * count), layout="constrained")
+        own = any(panel.x for panel in self.panels)
+        rows = figure.subplots(count, 1, sharex=not own, squeeze=False)[:, 0]
         handles: dict[str, Any] = {}
         for axes, panel in zip(rows, self.panels, strict=True):
             for line in panel.lines:
                 handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
             axes.set_ylabel(panel.y.head)
             axes.set(xscale="log" if self.log_x else "linear", yscale="log" if panel.log else "linear")
+            axes.set_title(panel.title)
+            if own or panel is self.panels[-1]:
+                axes.set_xlabel((panel.x or self.x).head)
             if panel.top is not None:
                 axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
-        rows[-1].set_xlabel(self.x.head)
         if self.log_x:
             _plain(rows[-1])
         columns = len(handles) if len(handles) <= 4 else 3
@@ -134,7 +148,7 @@ def _limits(y: Column, line: Line) -> list[Column]:
 
 
 def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: tuple[str, str]) -> Any:
-    from identify.reports.kit.figures import PALETTE  # noqa: PLC0415
+    from identify.reports.kit.figures import INK, PALETTE  # noqa: PLC0415
 
     color = PALETTE[number % len(PALETTE)]
     y = np.where(np.isfinite(line.y), line.y, np.nan)
@@ -143,7 +157,13 @@ def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: t
             line.x, line.low, line.high, where=np.isfinite(y).tolist(), color=color, alpha=0.25, lw=0
         )
     if line.points:
-        return axes.plot(line.x, y, mark[0], mfc="none", ms=3.5, color=color)[0]
+        many = len(line.x) > _MANY
+        look: Any = {"mfc": color, "mew": 0.0, "ms": 1.2} if many else {"mfc": "none", "ms": 3.5}
+        return axes.plot(line.x, y, mark[0], color=color, **look)[0]
+    if line.look == "noisy":
+        return axes.plot(line.x, y, color=INK, lw=0.5, zorder=1)[0]
+    if line.look == "steps":
+        return axes.step(line.x, y, where="post", color=color, ls=(0, dash) if dash else "-", lw=1.2)[0]
     return axes.plot(line.x, y, color=color, ls=(0, dash) if dash else "-")[0]
 
 
