@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from identify.core.arrays import Index
-from identify.reports.kit.cells import Column, Curves, angles, several
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import Column, angles
 from identify.reports.kit.report import (
     EVERYWHERE,
     PRINT,
-    Drawing,
     Heading,
     Parts,
     Pickers,
@@ -23,7 +23,6 @@ from identify.reports.kit.report import (
     origin,
 )
 from identify.reports.map import tables
-from identify.reports.map.figure import receptances
 from identify.reports.shared.posture_pick import map_postures_of
 from identify.reports.shared.posture_section import maps, modes, pictures, posture_data
 from identify.results.map import MapResult
@@ -88,10 +87,26 @@ def _receptance(result: MapResult) -> Parts:
         f"Receptance of {result.tool} at the stiffest, a middling and the softest posture, with 95 % bands,"
         " along the base's axes."
     )
-    figure, numbers = partial(receptances, result, rows), partial(_curves, result, rows)
+    plot = Plot("tool-plot", Column("Frequency", "Hz"), _panels(result, rows), caption, note, height=1.5)
     return [
         Pickers((("Posture", "tool-posture", ()), ("Along", "tool-axis", _AXES))),
-        Drawing("tool-plot", figure, caption, numbers, note, page={"tool": _tool(result, some)}),
+        replace(plot.drawing(), page={"tool": _tool(result, some)}, scripts=()),
+    ]
+
+
+def _panels(result: MapResult, rows: Sequence[int]) -> list[Panel]:
+    """Direct receptances at some postures, µm/N, an axis a panel."""
+    h, half = (1e6 * np.abs(one) for one in (result.rows.receptance_m_per_n, result.rows.band_95))
+    return [
+        Panel(
+            Column(f"Receptance along {axis}", "µm/N"),
+            [
+                Line.within(result.rows.name[row], result.line_hz, h[row, :, k, k], half[row, :, k, k])
+                for row in rows
+            ],
+            log=True,
+        )
+        for k, (_, axis) in enumerate(_AXES)
     ]
 
 
@@ -115,13 +130,3 @@ def _tool(result: MapResult, rows: Index) -> dict[str, Any]:
         "phase": np.rad2deg(np.angle(direct)).astype(float),
         "band": 1e6 * half.astype(float),
     }
-
-
-def _curves(result: MapResult, rows: Sequence[int]) -> list[Curves]:
-    """The direct receptances of the drawn postures."""
-    lines, heads = (
-        Column("Frequency", "Hz", result.line_hz),
-        [f"Receptance along {axis}" for _, axis in _AXES],
-    )
-    direct = 1e6 * np.abs(result.rows.receptance_m_per_n[:, :, range(3), range(3)]).astype(float)
-    return [Curves(result.rows.name[row], [lines, *several(heads, "µm/N", direct[row])]) for row in rows]
