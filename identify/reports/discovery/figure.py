@@ -34,6 +34,7 @@ from identify.reports.kit.figures import (
     Room,
     decades_beside,
     head,
+    plain_decades,
     wide,
 )
 from identify.reports.shared import robot_figure
@@ -166,9 +167,7 @@ def _gap_axis(axes: mpl.Axes, values: Array) -> None:
         axes.set_xlim(low - 0.12 * (high - low + 0.1), high + 0.3 * (high - low + 0.1))
         return
     axes.set(xscale="log", xlim=(low / 1.12, high * 1.5))
-    axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_locator(mpl.NullLocator())
+    plain_decades(axes.xaxis)
 
 
 def falls(rows: list[Fall]) -> mpl.Figure:
@@ -245,9 +244,7 @@ def gap_map(result: DiscoveryResult, number_of: int) -> mpl.Figure:
             ylim=(len(channels), 0),
             xlim=(bands[0], bands[-1]),
         )
-        axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
-        axes.xaxis.set_minor_locator(mpl.NullLocator())
+        plain_decades(axes.xaxis)
     several[0].set_ylabel("Response channel")
     several[0].set_yticks(np.arange(0, len(channels), every) + 0.5, channels[::every], fontsize=5)
     several[0].tick_params(length=0, axis="y")

@@ -4,7 +4,7 @@ which they are shown.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,6 @@ from identify.results.batch import BatchResult
 from identify.results.map import CorrectionRows, LimitRows, MapResult
 
 _LEAST_SPAN_DEG = 1.0
-_AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -109,76 +108,65 @@ def batch_postures(result: BatchResult) -> Postures:
 
 
 def _of_batch(result: BatchResult) -> Iterator[Quantity]:
-    p, d, jobs, modes = result.parameters, result.dependence, result.jobs, result.modes
-    for k, name in enumerate(p.name):
-        free = np.isfinite(p.std[:, k])
-        if free.any():
-            level = (
-                (float(d.mean[k]), float(d.mean_low_95[k]), float(d.mean_high_95[k]))
-                if np.isfinite(d.mean[k])
-                else None
-            )
-            limits = p.low_95[:, k], p.high_95[:, k]
-            said, joint = "weighted mean", int(d.trend_joint[k])
-            yield Quantity(
-                "parameter",
-                name,
-                unit(p.unit[k]),
-                p.value[:, k],
-                *limits,
-                level,
-                said,
-                joint,
-                ~p.usable[:, k],
-            )
-    yield from _modes(modes.frequency_hz, modes.damping_ratio)
-    frequency = modes.measured_frequency_hz
-    shown = np.flatnonzero(np.isfinite(frequency).any(axis=0))
-    for mode in shown:
-        error = 100 * (modes.frequency_hz[:, mode] / frequency[:, mode] - 1)
-        yield Quantity("error", f"frequency error of mode {mode + 1}", "%", error)
-    for mode in shown:
-        ratio = 100 * (modes.damping_ratio[:, mode] - modes.measured_damping_ratio[:, mode])
-        yield Quantity("error", f"damping error of mode {mode + 1}", "points of %", ratio)
-    for name, of, values in (
-        ("gap", "", jobs.gap),
-        ("relative FRF error", "%", 100 * jobs.relative_error),
-        ("time", "s", jobs.seconds),
-    ):
-        if np.isfinite(values).any():
-            yield Quantity("error", name, of, values)
+    p, d, modes = result.parameters, result.dependence, result.modes
+    for k in np.flatnonzero(np.isfinite(p.std).any(axis=0)):
+        level = tuple(float(one[k]) for one in (d.mean, d.mean_low_95, d.mean_high_95))
+        yield Quantity(
+            "parameter",
+            p.name[k],
+            unit(p.unit[k]),
+            p.value[:, k],
+            p.low_95[:, k],
+            p.high_95[:, k],
+            (level[0], level[1], level[2]) if np.isfinite(level[0]) else None,
+            "weighted mean",
+            int(d.trend_joint[k]),
+            ~p.usable[:, k],
+        )
+    yield from _several("frequency", "frequency of mode {}", "Hz", modes.frequency_hz)
+    yield from _several("damping", "damping of mode {}", "%", 100 * modes.damping_ratio)
+    measured = modes.measured_frequency_hz
+    known = np.isfinite(measured).any(axis=0)
+    error = np.where(known, 100 * (modes.frequency_hz / measured - 1), np.nan)
+    ratio = np.where(known, 100 * (modes.damping_ratio - modes.measured_damping_ratio), np.nan)
+    for mode in np.flatnonzero(known):
+        yield Quantity("error", f"frequency error of mode {mode + 1}", "%", error[:, mode])
+    for mode in np.flatnonzero(known):
+        yield Quantity("error", f"damping error of mode {mode + 1}", "points of %", ratio[:, mode])
+    jobs = result.jobs
+    yield from _several("error", "gap", "", jobs.gap[:, None])
+    yield from _several("error", "relative FRF error", "%", 100 * jobs.relative_error[:, None])
+    yield from _several("error", "time", "s", jobs.seconds[:, None])
 
 
-def _modes(frequency_hz: Array, ratio: Array, limits: tuple[Array, ...] | None = None) -> Iterator[Quantity]:
-    """Frequencies, then damping ratios in per cent; limits: low and high of both."""
-    for kind, of, values, sides in (
-        ("frequency", "Hz", frequency_hz, (0, 1)),
-        ("damping", "%", 100 * ratio, (2, 3)),
-    ):
-        for mode in range(values.shape[1]):
-            scale = 1 if kind == "frequency" else 100
-            low, high = (
-                (scale * limits[side][:, mode] for side in sides) if limits is not None else (None, None)
-            )
-            if np.isfinite(values[:, mode]).any():
-                yield Quantity(kind, f"{kind} of mode {mode + 1}", of, values[:, mode], low, high)
+def _several(
+    kind: str, name: str, of: str, values: Array, limits: Sequence[Array] = (), items: str = ""
+) -> Iterator[Quantity]:
+    """A quantity for each column of values (n, k) in which one is known, and of their limits, each (n, k);
+    name: with a place for its item, by default its number.
+    """
+    for column in np.flatnonzero(np.isfinite(values).any(axis=0)):
+        item = items[int(column)] if items else column + 1
+        low, high = (one[:, column] for one in limits) if limits else (None, None)
+        yield Quantity(kind, name.format(item), of, values[:, column], low, high)
 
 
 def map_postures_of(result: MapResult) -> Postures:
     """Modes and compliance of a map."""
     rows = result.rows
-    limits = (rows.frequency_low_95, rows.frequency_high_95, rows.damping_low_95, rows.damping_high_95)
-    return Postures(
-        rows.name,
-        rows.posture_deg,
-        rows.tool_m,
-        (
-            *_of_limit(result.limit),
-            *_modes(rows.frequency_hz, rows.damping_ratio, limits),
-            *_of_correction(result.correction),
-            *_of_tool(result),
+    hz, ratio = (rows.frequency_low_95, rows.frequency_high_95), (rows.damping_low_95, rows.damping_high_95)
+    static = np.diagonal(rows.compliance_m_per_n, axis1=1, axis2=2)
+    found = (
+        *_of_limit(result.limit),
+        *_several("frequency", "frequency of mode {}", "Hz", rows.frequency_hz, hz),
+        *_several(
+            "damping", "damping of mode {}", "%", 100 * rows.damping_ratio, [100 * one for one in ratio]
         ),
+        *_of_correction(result.correction),
+        *_several("compliance", "largest receptance along {}", "µm/N", 1e6 * rows.peak_m_per_n, (), "xyz"),
+        *_several("compliance", "static compliance along {}", "µm/N", 1e6 * static, (), "xyz"),
     )
+    return Postures(rows.name, rows.posture_deg, rows.tool_m, found)
 
 
 _LIMITS = {"depth": ("depth limit", "mm", 1e3), "deflection": ("static deflection", "µm", 1e6)}
@@ -191,15 +179,13 @@ def _of_limit(limit: LimitRows | None) -> Iterator[Quantity]:
     if limit is None or limit.kind not in _LIMITS:
         return
     name, of, scale = _LIMITS[limit.kind]
-    value, low, high = (
-        scale * np.minimum(one, limit.most) for one in (limit.value, limit.low_95, limit.high_95)
-    )
-    rows = np.arange(len(value))
-    worst, best = np.argmin(value, axis=1), np.argmax(value, axis=1)
+    values = [scale * np.minimum(one, limit.most) for one in (limit.value, limit.low_95, limit.high_95)]
+    rows = np.arange(len(values[0]))
+    worst, best = np.argmin(values[0], axis=1), np.argmax(values[0], axis=1)
     sides = ((worst, " of the worst feed"), (best, " of the best feed"))
-    for feed, said in sides if value.shape[1] > 1 else ((worst, ""),):
-        at = rows, feed
-        yield Quantity("limit", f"{name}{said}", of, value[at], low[at], high[at])
+    for feed, said in sides if values[0].shape[1] > 1 else ((worst, ""),):
+        value, low, high = (one[rows, feed] for one in values)
+        yield Quantity("limit", f"{name}{said}", of, value, low, high)
 
 
 def _of_correction(c: CorrectionRows | None) -> Iterator[Quantity]:
@@ -208,35 +194,17 @@ def _of_correction(c: CorrectionRows | None) -> Iterator[Quantity]:
     """
     if c is None:
         return
+    hz, ratio = (c.frequency_low_95, c.frequency_high_95), (100 * c.damping_low_95, 100 * c.damping_high_95)
+    kinds = (
+        ("frequency", "Hz", c.frequency_hz, hz, c.frequency_known),
+        ("damping", "%", 100 * c.damping_ratio, ratio, c.damping_known),
+    )
     for mode in range(c.frequency_hz.shape[1]):
-        for name, of, scale, values, known in (
-            (
-                "frequency",
-                "Hz",
-                1.0,
-                (c.frequency_hz, c.frequency_low_95, c.frequency_high_95),
-                c.frequency_known,
-            ),
-            ("damping", "%", 100.0, (c.damping_ratio, c.damping_low_95, c.damping_high_95), c.damping_known),
-        ):
-            if np.isfinite(values[0][:, mode]).any():
-                value, low, high = (scale * one[:, mode] for one in values)
-                yield Quantity("corrected", f"corrected {name} of mode {mode + 1}", of, value, low, high)
-                share = 100 * known[:, mode]
-                yield Quantity("known", f"known of the corrected {name} of mode {mode + 1}", "%", share)
-    for k, axis in enumerate(_AXES):
-        if np.isfinite(c.peak_m_per_n[:, k]).any():
-            value, low, high = (1e6 * one[:, k] for one in (c.peak_m_per_n, c.peak_low_95, c.peak_high_95))
-            yield Quantity("corrected", f"corrected peak along {axis}", "µm/N", value, low, high)
-
-
-def _of_tool(result: MapResult) -> Iterable[Quantity]:
-    rows = result.rows
-    for k, axis in enumerate(_AXES):
-        yield Quantity(
-            "compliance", f"largest receptance along {axis}", "µm/N", 1e6 * rows.peak_m_per_n[:, k]
-        )
-    for k, axis in enumerate(_AXES):
-        yield Quantity(
-            "compliance", f"static compliance along {axis}", "µm/N", 1e6 * rows.compliance_m_per_n[:, k, k]
-        )
+        for name, of, value, limits, known in kinds:
+            said = f"corrected {name} of mode {mode + 1}"
+            one = [values[:, [mode]] for values in (value, *limits)]
+            for found in _several("corrected", said, of, one[0], one[1:]):
+                yield found
+                yield Quantity("known", f"known of the {said}", "%", 100 * known[:, mode])
+    peaks = [1e6 * one for one in (c.peak_m_per_n, c.peak_low_95, c.peak_high_95)]
+    yield from _several("corrected", "corrected peak along {}", "µm/N", peaks[0], peaks[1:], "xyz")
