@@ -4,7 +4,6 @@ command.
 
 from __future__ import annotations
 
-import re
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -126,16 +125,17 @@ def modes(
     Exit code 4 when there is none, or when they do not rebuild the FRFs. A universal file with mode shapes
     and no FRF is shown as it is.
     """
+    from identify.core.asked import as_options
     from identify.core.collector import uncollected
 
     try:
-        with uncollected():
+        with uncollected(), as_options():
             from identify.api import commands as api
 
             found = api.run_modes(data, options, options.quiet)
-    except InputError as error:
+    except InputError:
         if len(data) > 1 or not api.has_shapes_alone(data[0]):
-            raise _with_options(error) from error
+            raise
         mac_(str(data[0]))
         typer.echo("mode shapes without FRFs, as they are; `identify mac` compares them with others")
         return
@@ -465,21 +465,6 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
     success = OF_KIND[found.data.KIND].success
     if success and not getattr(found.data, success):
         raise typer.Exit(EXIT_NOT_CONVERGED)
-
-
-def _with_options(error: InputError) -> InputError:
-    """The same, where it asks for a key that is an option of this command."""
-
-    def option(found: re.Match[str]) -> str:
-        name = f"--{found[1].removesuffix('_per_s').replace('_', '-')}"
-        return f"`{name}`" + (f", such as `{name} {found[2]}`" if found[2] else "")
-
-    keys = "format|unit|quantity|averages|window_decay_per_s|outputs|inputs"
-    parts = [
-        re.sub(rf"the key ({keys})\b(?:, such as \w+: (\S+))?", option, part)
-        for part in (error.where, error.found, error.expected, error.fix)
-    ]
-    return InputError(*parts)
 
 
 def _say_written(paths: Iterable[Path], in_time: str = "") -> None:

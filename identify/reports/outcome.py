@@ -43,9 +43,8 @@ class Columns(dict[str, list[Any]]):
     def __init__(self, table: Table) -> None:
         super().__init__()
         self.printed = table
-        for number, column in enumerate(table.columns):
-            cells = [row[number] for row in table.rows]
-            self[column.head] = [_value(cell) for cell in cells] if column.numeric else cells
+        for column in table.columns:
+            self[column.head] = [_value(c) for c in column.cells] if column.numeric else list(column.cells)
 
     def _repr_html_(self) -> str:
         return _html(self.printed)
@@ -159,7 +158,7 @@ def read_result(path: Path | str) -> Result:
 
 def _part(part: Any) -> str:
     if isinstance(part, Tabular):
-        return _html(part.table, part.terminal)
+        return _html(part.table.part(headings=part.terminal))
     if isinstance(part, Heading):
         return f"<h5>{escape(part.text)}</h5>"
     if isinstance(part, Bullets):
@@ -167,11 +166,10 @@ def _part(part: Any) -> str:
     return f"<p>{escape(part.text)}</p>" if isinstance(part, Text) else ""
 
 
-def _html(table: Table, headings: tuple[str, ...] = ()) -> str:
-    shown = [k for k, column in enumerate(table.columns) if not headings or column.heading in headings]
-    head = "".join(f"<th>{escape(table.columns[k].head)}</th>" for k in shown)
+def _html(table: Table) -> str:
+    head = "".join(f"<th>{escape(column.head)}</th>" for column in table.columns)
     rows = "".join(
-        "<tr>" + "".join(f"<td>{escape(row[k])}</td>" for k in shown) + "</tr>" for row in table.rows
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
     )
     title = f"<caption>{escape(table.title)}</caption>"
     return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"

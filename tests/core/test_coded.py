@@ -1,9 +1,10 @@
-"""Sentences that keep their code."""
+"""Sentences that keep their code, and how errors name what can be given."""
 
 from __future__ import annotations
 
 import pytest
 
+from identify.core.asked import as_options, key
 from identify.core.coded import Coded, code_of
 from identify.modal.reasons import Why, because, in_short
 
@@ -21,3 +22,11 @@ def test_every_reason_has_a_sentence_and_a_short_form(why: Why) -> None:
     assert "{" not in reason and code_of(reason) == why
     assert in_short(why) != in_short("unheard of") == "for other reasons"
     assert Why(code_of(reason.and_(" (setup1)"))) is why
+
+
+def test_a_key_is_an_option_where_there_is_no_config() -> None:
+    assert key("unit", "g") == "the key unit, such as unit: g"
+    with as_options():
+        assert key("unit", "g") == "`--unit`, such as `--unit g`"
+        assert key("window_decay_per_s") == "`--window-decay`"
+    assert key("averages") == "the key averages"

@@ -27,7 +27,7 @@ def test_no_number_of_a_table_is_cut_off(made: Callable[[], Any], width: int) ->
             continue
         tables += 1
         file = io.StringIO()
-        print_table(Console(file=file, width=width), part.table, part.terminal, part.rows)
+        print_table(Console(file=file, width=width), part.table.part(slice(part.rows), part.terminal))
         printed = [line.split() for line in file.getvalue().splitlines()]
         for row in part.table.rows[: part.rows]:
             for cell, column in zip(row, part.table.columns, strict=True):

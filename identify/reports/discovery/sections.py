@@ -157,7 +157,7 @@ def _options(number_of: int, step: StepResult) -> Parts:
     return [
         Heading("What was tried", 4, on=PAGE),
         Drawing(name, partial(figure.options, step), caption, lambda: [table], _OPTIONS),
-        Tabular(table.part(slice(SHOWN), table.note), terminal=_BRIEF, on=PAGE | TERMINAL),
+        Tabular(table.part(slice(SHOWN), note=table.note), terminal=_BRIEF, on=PAGE | TERMINAL),
         Tabular(table, rows=SHOWN, on=PRINT),
         Fold(f"The other {len(others.rows)} candidates", [Tabular(others)], on=PAGE) if others.rows else None,
     ]

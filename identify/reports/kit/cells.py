@@ -158,10 +158,12 @@ class Table:
         """Finished text, row by row."""
         return tuple(zip(*(column.cells for column in self.columns), strict=True))
 
-    def part(self, rows: slice, note: str = "") -> Table:
-        """Some of its rows."""
+    def part(self, rows: slice = slice(None), headings: Sequence[str] = (), note: str = "") -> Table:
+        """Some of its rows; of the columns with these headings, without headings of all of them."""
         columns = [
-            Column(c.heading, c.unit, c.cells[rows], str if c.form is str else ready) for c in self.columns
+            Column(c.heading, c.unit, c.cells[rows], str if c.form is str else ready)
+            for c in self.columns
+            if not headings or c.heading in headings
         ]
         return Table(self.title, columns, note)
 
