@@ -5,7 +5,7 @@ shows it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -89,7 +89,7 @@ class Result:
     def tables(self) -> Mapping[str, Columns]:
         """The tables of its report by title; a title that occurs again has a number behind it."""
         found: dict[str, Columns] = {}
-        for part in self._parts():
+        for part in self.report.shown(PRINT):
             if isinstance(part, Tabular):
                 found[_new(part.table.title, found)] = Columns(part.table)
         return found
@@ -134,11 +134,6 @@ class Result:
                     found[_new(section.title, found)] = part
         return found
 
-    def _parts(self) -> Iterator[Any]:
-        yield from visible(self.report.opening, PRINT)
-        for section in self.report.sections:
-            yield from visible(section.parts, PRINT)
-
     def __repr__(self) -> str:
         return "\n".join([f"<{self.data.KIND} of {self.name}, {self.path}>", *self.verdict, *self.notes])
 
@@ -146,8 +141,7 @@ class Result:
         """Verdict, notes, and the tables that a terminal has room for."""
         said = "".join(f"<p>{escape(text)}</p>" for text in self.verdict)
         warned = "".join(f"<p><em>Note:</em> {escape(text)}</p>" for text in self.notes)
-        sections = [self.report.opening, *(section.parts for section in self.report.sections)]
-        shown = [_part(part) for parts in sections for part in visible(parts, TERMINAL)]
+        shown = map(_part, self.report.shown(TERMINAL))
         return f"<h4>{escape(self.name)}</h4>{said}{warned}{''.join(shown)}"
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -38,23 +37,6 @@ def test_exported_frfs_are_read_back_as_measurements(tmp_path: Path) -> None:
         assert again.frf[:, row, column] == pytest.approx(frf.measured[:, pair], rel=1e-8)
         assert again.coherence is not None and frf.coherence is not None
         assert again.coherence[:, row, column] == pytest.approx(frf.coherence[:, pair], rel=1e-8)
-
-
-def test_a_figure_without_data_of_its_own_is_read_back() -> None:
-    made, figure = Document(), Figure((2, 2))
-    axes = figure.subplots()
-    axes.plot([1.0, 2.0], [1 / 3, 5.0], label="measured")
-    axes.plot([0.0], [0.0])
-    axes.set(xlabel="Frequency (Hz)", ylabel="Magnitude (m)")
-    made.add("heading", "Some <plot>")
-    with figures.style():
-        made.figure(figure, "")
-    rows = list(csv.reader(dict(contents(made))["figure01_some_plot.csv"].decode().splitlines()))
-    assert rows[0] == ["Panel", "Curve", "Frequency (Hz)", "Magnitude (m)"]
-    assert [(row[1], float(row[2]), float(row[3])) for row in rows[1:]] == [
-        ("measured", 1.0, 1 / 3),
-        ("measured", 2.0, 5.0),
-    ]
 
 
 def test_alike_titles_do_not_overwrite_each_other() -> None:

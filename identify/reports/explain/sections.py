@@ -8,7 +8,7 @@ from typing import Any
 
 from identify.reports.explain import tables
 from identify.reports.explain.figure import History, bars, histories, history, shares
-from identify.reports.kit.cells import Column, Curves, Table, sentence, words
+from identify.reports.kit.cells import Column, Curves, Table, sentence, several, words
 from identify.reports.kit.report import (
     EVERYWHERE,
     PAGE,
@@ -70,7 +70,7 @@ def _target(found: TargetResult) -> Iterator[Part]:
         yield Drawing("", figure, f"Record {_record_name(curves)}.", data)
     if found.steps.name:
         yield Heading("What each effect took away, and the gap")
-        yield Drawing(f"{name}-shares", partial(shares, found), _BARS, note=_BARS)
+        yield Drawing(f"{name}-shares", partial(shares, found), _BARS, partial(_shares, found), _BARS)
 
 
 def _tables(found: TargetResult) -> Iterator[Part]:
@@ -101,6 +101,15 @@ def _data(found: TargetResult) -> dict[str, Any]:
         "shares": values.T,
         "gap": [found.gap_start, found.gap],
     }
+
+
+def _shares(found: TargetResult) -> list[Table]:
+    """The numbers behind the bars: by effect, and by joint."""
+    names, values = bars(found)
+    joints = [f"Joint {joint}" for joint in found.joints]
+    gaps = Column("Gap before", "", found.gap_start), Column("Gap after", "", found.gap)
+    effects = [words("Effect", names), *several(joints, "% of the squares at first", values)]
+    return [Table("effects", effects), Table("gap", [words("Joint", found.joints), *gaps])]
 
 
 def _record_name(curves: Recorded) -> str:

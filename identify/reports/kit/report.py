@@ -192,6 +192,10 @@ class Report:
     opening: Parts
     sections: Sequence[Section]
 
+    def shown(self, on: On) -> list[Part]:
+        """All parts that are shown there, in order."""
+        return visible([*self.opening, *(part for section in self.sections for part in section.parts)], on)
+
 
 GAP = "Gap: what is left between model and measurement (RMS), over the measurement's own noise; 1 is perfect."
 """Stands on every page and in every PDF that has a gap."""
@@ -199,8 +203,7 @@ GAP = "Gap: what is left between model and measurement (RMS), over the measureme
 
 def speaks_of_gap(report: Report) -> bool:
     """Whether a tile or a table has a gap."""
-    parts = [*report.opening, *(part for section in report.sections for part in section.parts)]
-    tables = [part.table for part in visible(parts, PRINT) if isinstance(part, Tabular)]
+    tables = [part.table for part in report.shown(PRINT) if isinstance(part, Tabular)]
     heads = [column.heading for table in tables for column in table.columns]
     return any(text.lower().startswith("gap") for text in [*heads, *(tile[0] for tile in report.tiles)])
 

@@ -11,7 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table as Rich
 
 from identify.reports.kit.cells import Table
-from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text, visible
+from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text
 from identify.results.header import Header
 
 _NAME, _ANY = 30, 10_000
@@ -25,8 +25,7 @@ def show(result: Header, report: Report) -> None:
         console.print(escape(said), highlight=False)
     for note in result.notes:
         console.print(f"[yellow]note:[/] {escape(note)}", highlight=False)
-    sections = [report.opening, *(section.parts for section in report.sections)]
-    for part in (part for parts in sections for part in visible(parts, TERMINAL)):
+    for part in report.shown(TERMINAL):
         _show(console, part)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.text import capital
-from identify.reports.kit.cells import Column, Curves, number, percent, several, unit
+from identify.reports.kit.cells import Column, Curves, several, unit
 from identify.reports.kit.report import (
     EVERYWHERE,
     PAGE,
@@ -42,7 +42,7 @@ from identify.reports.shared.parts import (
     shapes,
     stage,
 )
-from identify.reports.shared.shapes import analysed_views
+from identify.reports.shared.shapes import analysed_views, mode_text
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.tables import Geometry
 
@@ -178,8 +178,6 @@ def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:
         "lines": d.line_hz,
         "indicator": np.where(d.indicator > 0, d.indicator, np.nan).T,
         "unit": unit(m.frf.unit),
-        "modes": [
-            {"frequency": hz, "label": f"{number(hz)} Hz, damping {percent(ratio)} %"} for hz, ratio in modes
-        ],
+        "modes": [{"frequency": hz, "label": mode_text(hz, ratio)} for hz, ratio in modes],
         "highest": m.highest_order,
     }
