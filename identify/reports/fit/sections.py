@@ -99,8 +99,7 @@ def _robot(measurements: list[MeasurementResult]) -> Parts:
 
 
 def _view(m: MeasurementResult) -> robot_figure.PostureView:
-    outputs, inputs = channels(m.frf) or ((), ())
-    return robot_figure.PostureView(f"{m.name}, {measurement_tables.use(m)}", m.geometry, outputs, inputs)
+    return robot_figure.PostureView(f"{m.name}, {measurement_tables.use(m)}", m.geometry, *channels(m.frf))
 
 
 def _parameters(result: FitResult) -> Parts:

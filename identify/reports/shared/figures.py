@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Index
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import number
 from identify.reports.kit.figures import DIVERGING, INK, WIDTH_IN, Room, decades_beside, wide
@@ -40,7 +40,7 @@ def gap_map(name: str, frf: FrfComparison) -> mpl.Figure:
     return figure
 
 
-def _first_of_inputs(frf: FrfComparison, order: NDArray[np.intp]) -> list[int]:
+def _first_of_inputs(frf: FrfComparison, order: Index) -> list[int]:
     """Rows to label: about twenty-five, evenly spaced within each input."""
     every = -(-len(order) // 25)
     rows: list[int] = []
@@ -59,9 +59,9 @@ class Mac:
     """A MAC matrix (rows, columns) with the frequencies, Hz, and the names of its sides."""
 
     name: str
-    values: NDArray[np.float64]
-    rows_hz: NDArray[np.float64]
-    columns_hz: NDArray[np.float64]
+    values: Array
+    rows_hz: Array
+    columns_hz: Array
     down: str = "Measured"
     across: str = "Model"
 

@@ -8,9 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.reports.kit.cells import unit
 from identify.results.batch import BatchResult
 from identify.results.map import CorrectionRows, LimitRows, MapResult
@@ -36,7 +35,7 @@ class Quantity:
     level: tuple[float, float, float] | None = None
     level_name: str = ""
     joint: int = 0
-    faint: NDArray[np.bool_] | None = None
+    faint: Mask | None = None
 
     @property
     def label(self) -> str:
