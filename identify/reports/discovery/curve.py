@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from typing import Any
 
 import numpy as np
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import SIGMAS_95
-from identify.reports.kit import plotting as mpl
+from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table, digits, ready, words
-from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
-from identify.reports.kit.report import EVERYWHERE, PAGE, Drawing, Heading, Part, Parts, Tabular, Text
+from identify.reports.kit.report import EVERYWHERE, PAGE, Heading, Part, Parts, Tabular, Text
 from identify.results.curves import CurveTable, PlaceTable
 from identify.results.discovery import DiscoveryResult
 
@@ -129,37 +126,21 @@ def chosen(curve: CurveTable) -> list[int]:
     return [n for n, name in enumerate(curve.entries) if " with " not in name][:_MOST]
 
 
-def figure(curve: CurveTable) -> mpl.Figure:
+def plot(anchor: str, curve: CurveTable) -> Plot:
     """Real and imaginary part over frequency, a row for each coordinate."""
-    entries = chosen(curve)
-    high = 0.5 + 1.5 * len(entries)
-    drawn = mpl.Figure((WIDTH_IN, high))
-    grid = drawn.subplots(len(entries), 2, squeeze=False, sharex=True)
-    drawn.subplots_adjust(0.9 / WIDTH_IN, 0.42 / high, 1 - 0.08 / WIDTH_IN, 1 - 0.32 / high, 0.22, 0.15)
-    for row, entry in enumerate(entries):
-        for column, (part, std) in enumerate((("real", curve.std_real), ("imag", curve.std_imag))):
-            axes, value = grid[row][column], getattr(curve.value[:, entry], part)
-            axes.errorbar(
-                curve.frequency_hz,
-                value,
-                SIGMAS_95 * std[:, entry],
-                fmt=".",
-                ms=3,
-                color=BLUE,
-                ecolor=MUTED,
-                elinewidth=0.5,
-            )
-            if np.isfinite(curve.law[:, entry]).any():
-                axes.plot(
-                    curve.frequency_hz, getattr(curve.law[:, entry], part), color=ORANGE, lw=1.2, zorder=3
-                )
-            axes.axhline(0, color=INK, lw=0.4)
-            axes.set_ylim(*reach(curve, entry, part))
-            axes.set_ylabel(f"{curve.entries[entry]}\n({curve.unit})" if column == 0 else "")
-            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "", pad=12)
-            if row == len(entries) - 1:
-                axes.set_xlabel("Frequency (Hz)")
-    return drawn
+    panels = []
+    for entry in chosen(curve):
+        for part, title in (("real", "real part"), ("imag", "imaginary part")):
+            value, law = (getattr(values[:, entry], part) for values in (curve.value, curve.law))
+            half = SIGMAS_95 * getattr(curve, f"std_{part}")[:, entry]
+            hz = curve.frequency_hz
+            lines = [Line("measured, with 95 % interval", hz, value, value - half, value + half, points=True)]
+            if np.isfinite(law).any():
+                lines.append(Line("law of the added effect", hz, law))
+            y = Column(f"{curve.entries[entry]}, {title}", curve.unit)
+            panels.append(Panel(y, lines, top=reach(curve, entry, part)))
+    caption = f"Dynamic stiffness, measured: {curve.place}. {_NOTE}"
+    return Plot(anchor, Column("Frequency", "Hz"), panels, caption, _NOTE, height=1.7, columns=2)
 
 
 def reach(curve: CurveTable, entry: int, part: str) -> tuple[float, float]:
@@ -175,20 +156,10 @@ def reach(curve: CurveTable, entry: int, part: str) -> tuple[float, float]:
 
 
 def _parts(number_of: int, curve: CurveTable) -> list[Part]:
-    caption = f"Dynamic stiffness, measured: {curve.place}. {_NOTE}"
-    drawing = Drawing(
-        f"stiffness-{number_of}",
-        partial(figure, curve),
-        caption,
-        lambda: [_numbers(curve)],
-        _NOTE,
-        page={"stiffness": [_data(curve)]},
-        scripts=("curve.js",),
-    )
     return [
         Heading(capital(curve.effect or curve.place), 4, on=EVERYWHERE),
         Text(sentences(curve), on=EVERYWHERE),
-        drawing,
+        plot(f"stiffness-{number_of}", curve).drawing(lambda: [_numbers(curve)]),
         Tabular(_law_table(curve), on=PAGE),
     ]
 
@@ -216,21 +187,3 @@ def _numbers(curve: CurveTable) -> Curves:
     for n, name in enumerate(curve.entries):
         columns += [Column(f"{name} {part}", curve.unit, values[:, n]) for part, values in shown]
     return Curves(f"dynamic stiffness, {curve.place}", columns)
-
-
-def _data(curve: CurveTable) -> dict[str, Any]:
-    """What the page draws."""
-    panels = []
-    for entry in chosen(curve):
-        for part, std in (("real", curve.std_real), ("imag", curve.std_imag)):
-            law = getattr(curve.law[:, entry], part)
-            panels.append(
-                {
-                    "title": f"{curve.entries[entry]}, {'real' if part == 'real' else 'imaginary'} part",
-                    "value": getattr(curve.value[:, entry], part),
-                    "spread": SIGMAS_95 * std[:, entry],
-                    "law": law if np.isfinite(law).any() else None,
-                    "range": list(reach(curve, entry, part)),
-                }
-            )
-    return {"frequency": curve.frequency_hz, "unit": curve.unit, "panels": panels}

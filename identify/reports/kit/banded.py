@@ -26,7 +26,8 @@ _MARKS = (("o", "circle-open"), ("s", "square-open"), ("^", "triangle-up-open"),
 
 @dataclass(frozen=True)
 class Line:
-    """One line, or points: x, y (n,), with the limits of its band where it has one.
+    """One line, or points: x, y (n,), with the limits of its band, of points of their error bars, where there
+    are any.
 
     look: `noisy`, drawn thin and dark behind the others, or `steps`, each value from its x to the next.
     """
@@ -48,21 +49,23 @@ class Line:
 
 @dataclass(frozen=True)
 class Panel:
-    """Lines over one axis; top: where it ends, if not at the highest value; x: what they are over, if not
-    over that of the plot; title: what stands above it.
+    """Lines over one axis; top: where it ends, if not at the highest value, or both ends; x: what they are
+    over, if not over that of the plot; title: what stands above it.
     """
 
     y: Column
     lines: Sequence[Line]
     log: bool = False
-    top: float | None = None
+    top: float | tuple[float, float] | None = None
     x: Column | None = None
     title: str = ""
 
 
 @dataclass(frozen=True)
 class Plot:
-    """Panels under each other, all over x; anchor: of the plot on the page; height of a panel, inches."""
+    """Panels under each other, or row by row in columns, all over x; anchor: of the plot on the page; height:
+    of a panel, inches.
+    """
 
     anchor: str
     x: Column
@@ -71,6 +74,7 @@ class Plot:
     note: str = ""
     log_x: bool = False
     height: float = 2.3
+    columns: int = 1
 
     def drawing(self, numbers: Callable[[], Sequence[Curves]] | None = None) -> Drawing:
         """The part of a report; numbers: what is exported in place of a set per line."""
@@ -90,7 +94,8 @@ class Plot:
             }
             for panel in self.panels
         ]
-        return {"banded": [{"id": self.anchor, "x": self.x.head, "log": self.log_x, "panels": panels}]}
+        plot = {"id": self.anchor, "x": self.x.head, "log": self.log_x, "columns": self.columns}
+        return {"banded": [{**plot, "panels": panels}]}
 
     def _style(self, line: Line) -> dict[str, Any]:
         """By which a line is known in all panels: number of its colour, dashes, and mark of points."""
@@ -119,23 +124,25 @@ class Plot:
 
         from identify.reports.kit.figures import WIDTH_IN  # noqa: PLC0415
 
-        count = len(self.panels)
-        figure = Figure((WIDTH_IN, 0.5 + self.height * count), layout="constrained")
+        rows = -(-len(self.panels) // self.columns)
+        figure = Figure((WIDTH_IN, 0.5 + self.height * rows), layout="constrained")
         own = any(panel.x for panel in self.panels)
-        rows = figure.subplots(count, 1, sharex=not own, squeeze=False)[:, 0]
+        every = figure.subplots(rows, self.columns, sharex=not own, squeeze=False).ravel()
         handles: dict[str, Any] = {}
-        for axes, panel in zip(rows, self.panels, strict=True):
+        for k, (axes, panel) in enumerate(zip(every, self.panels, strict=True)):
             for line in panel.lines:
                 handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
             axes.set_ylabel(panel.y.head)
             axes.set(xscale="log" if self.log_x else "linear", yscale="log" if panel.log else "linear")
             axes.set_title(panel.title)
-            if own or panel is self.panels[-1]:
+            if own or k >= len(every) - self.columns:
                 axes.set_xlabel((panel.x or self.x).head)
-            if panel.top is not None:
+            if isinstance(panel.top, tuple):
+                axes.set_ylim(*panel.top)
+            elif panel.top is not None:
                 axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
         if self.log_x:
-            _plain(rows[-1])
+            _plain(every[-1])
         columns = len(handles) if len(handles) <= 4 else 3
         figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=columns)
         return figure
@@ -152,7 +159,9 @@ def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: t
 
     color = PALETTE[number % len(PALETTE)]
     y = np.where(np.isfinite(line.y), line.y, np.nan)
-    if line.low is not None and line.high is not None:
+    if line.low is not None and line.high is not None and line.points:
+        axes.vlines(line.x, line.low, line.high, color=color, alpha=0.4, lw=0.5)
+    elif line.low is not None and line.high is not None:
         axes.fill_between(
             line.x, line.low, line.high, where=np.isfinite(y).tolist(), color=color, alpha=0.25, lw=0
         )
