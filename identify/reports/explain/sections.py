@@ -66,8 +66,8 @@ def _target(found: TargetResult) -> Iterator[Part]:
     yield Pickers((("Record", f"{name}-record", ()), ("Joint", f"{name}-joint", ())))
     yield Drawing(f"{name}-history", page={"targets": [_data(found)]}, scripts=("explain.js",))
     for curves in found.curves.values():
-        figure, data = partial(histories, found, curves), partial(_curves, found, curves)
-        yield Drawing("", figure, f"Record {_record_name(curves)}.", data)
+        plot = histories(found, curves, f"Record {_record_name(curves)}.")
+        yield plot.printed(partial(_curves, found, curves))
     if found.steps.name:
         yield Heading("What each effect took away, and the gap")
         yield Drawing(f"{name}-shares", partial(shares, found), _BARS, partial(_shares, found), _BARS)

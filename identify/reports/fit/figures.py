@@ -9,7 +9,8 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.fitting.uncertainty import AT_LOWER, AT_UPPER
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import NONE, unit
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import NONE, Column, unit
 from identify.reports.kit.figures import (
     BLUE,
     DIVERGING,
@@ -38,6 +39,8 @@ _STATUS = {
 }
 _WIDE = 10.0
 """Ratio from which a logarithmic axis pays."""
+_LIMIT = 3.84
+"""Rise of chi-square by which a parameter is at its 95 % limit."""
 _TILTED = 0.82
 """The sine of 55 degrees, by which names are turned."""
 _AGREES = 1e-3
@@ -75,24 +78,19 @@ def parameters(result: FitResult) -> mpl.Figure:
     return figure
 
 
-def profiles(result: FitResult) -> mpl.Figure:
+def profiles(result: FitResult) -> Plot:
     """Profile likelihoods, three a row."""
-    count = len(result.profiles)
-    rows = -(-count // 3)
-    figure = mpl.Figure((WIDTH_IN, 1.9 * rows), layout="constrained")
-    panels = figure.subplots(rows, 3, squeeze=False).ravel()
-    for axes, (name, curve) in zip(panels, result.profiles.items(), strict=False):
-        row = result.parameters.name.index(name)
-        axes.plot(curve.values, curve.rise, ".-", color=BLUE)
-        axes.axhline(3.84, color=PALETTE[1], ls=":")
-        wide = bool(result.parameters.log[row]) and curve.values.max() > _WIDE * curve.values.min()
-        axes.set(xscale="log" if wide else "linear", xlabel=f"{name} ({unit(result.parameters.unit[row])})")
-        axes.set(
-            ylim=(0, min(max(5.0, float(np.nanmax(curve.rise))), 20.0)), ylabel=f"Rise of chi-square ({NONE})"
-        )
-    for axes in panels[count:]:
-        axes.set_axis_off()
-    return figure
+    p, panels = result.parameters, []
+    for name, curve in result.profiles.items():
+        row, ends = p.name.index(name), np.array([curve.values.min(), curve.values.max()])
+        top = min(max(5.0, float(np.nanmax(curve.rise))), 20.0)
+        limit = Line("3.84", ends, np.full(2, _LIMIT))
+        lines = [Line("rise of chi-square", curve.values, curve.rise), limit]
+        wide = bool(p.log[row] and ends[1] > _WIDE * ends[0])
+        x = Column(name, unit(p.unit[row]))
+        panels.append(Panel(Column("Rise of chi-square"), lines, top=top, x=x, log_x=wide))
+    caption = "Profile likelihood: rise of chi-square, all other parameters fitted again; dashed: 3.84."
+    return Plot("profiles", Column(""), panels, caption, height=1.9, columns=3)
 
 
 def convergence(result: FitResult) -> mpl.Figure:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -112,33 +111,9 @@ def _parameters(result: FitResult) -> Parts:
     return [
         Tabular(table, sort="parameters", terminal=PARAMETERS_TERMINAL, on=EVERYWHERE),
         Drawing("parameter-plot", figure, caption, lambda: [table], page=page, scripts=_CHARTS),
-        *(_profiles(result) if result.profiles else []),
+        given(tables.profile_table(result)),
+        figures.profiles(result).drawing() if result.profiles else None,
         given(tables.published_table(result)),
-    ]
-
-
-def _profiles(result: FitResult) -> Parts:
-    caption = "Profile likelihood: rise of chi-square, all other parameters fitted again; dotted: 3.84."
-    pages = [{"profiles": [_profile(result, name)]} for name in result.profiles]
-    plots = [Drawing(f"profile-{k}", page=page) for k, page in enumerate(pages)]
-    printed = Drawing("", partial(figures.profiles, result), caption, partial(_profile_curves, result))
-    return [given(tables.profile_table(result)), Box("columns some", plots), printed]
-
-
-def _profile(result: FitResult, name: str) -> dict[str, Any]:
-    p, curve = result.parameters, result.profiles[name]
-    row = p.name.index(name)
-    label, log = f"{name} ({unit(p.unit[row])})", bool(p.log[row])
-    return {"label": label, "log": log, "values": curve.values, "rise": curve.rise, "best": p.value[row]}
-
-
-def _profile_curves(result: FitResult) -> list[Curves]:
-    units = dict(zip(result.parameters.name, result.parameters.unit, strict=True))
-    return [
-        Curves(
-            name, [Column(name, unit(units[name]), one.values), Column("Rise of chi-square", "", one.rise)]
-        )
-        for name, one in result.profiles.items()
     ]
 
 

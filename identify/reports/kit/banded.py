@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_LETTERS = 15
+"""Of a label beside a panel in one line, for each inch of its height."""
 _MANY = 200
 """Points from which on they are dots."""
 _DASHES = ((), (6, 2), (1, 1.5), (6, 1.5, 1, 1.5), (11, 2), (11, 1.5, 1, 1.5))
@@ -50,7 +53,7 @@ class Line:
 @dataclass(frozen=True)
 class Panel:
     """Lines over one axis; top: where it ends, if not at the highest value, or both ends; x: what they are
-    over, if not over that of the plot; title: what stands above it.
+    over, if not over that of the plot, and log_x: whether that is logarithmic; title: what stands above it.
     """
 
     y: Column
@@ -59,6 +62,7 @@ class Panel:
     top: float | tuple[float, float] | None = None
     x: Column | None = None
     title: str = ""
+    log_x: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,12 +85,17 @@ class Plot:
         data, page = numbers or self.curves, self.data()
         return Drawing(self.anchor, self.figure, self.caption, data, self.note, "", page, ("banded.js",))
 
+    def printed(self, numbers: Callable[[], Sequence[Curves]] | None = None) -> Drawing:
+        """The same where the page draws in another way."""
+        return Drawing("", self.figure, self.caption, numbers or self.curves)
+
     def data(self) -> dict[str, Any]:
         """What `banded.js` draws from."""
         panels = [
             {
                 "y": panel.y.head,
                 "x": panel.x.head if panel.x else None,
+                "log_x": panel.log_x,
                 "title": panel.title,
                 "log": panel.log,
                 "top": panel.top,
@@ -129,11 +138,14 @@ class Plot:
         own = any(panel.x for panel in self.panels)
         every = figure.subplots(rows, self.columns, sharex=not own, squeeze=False).ravel()
         handles: dict[str, Any] = {}
-        for k, (axes, panel) in enumerate(zip(every, self.panels, strict=True)):
+        for axes in every[len(self.panels) :]:
+            axes.set_axis_off()
+        for k, (axes, panel) in enumerate(zip(every, self.panels, strict=False)):
             for line in panel.lines:
                 handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
-            axes.set_ylabel(panel.y.head)
-            axes.set(xscale="log" if self.log_x else "linear", yscale="log" if panel.log else "linear")
+            axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height)))
+            x_log = self.log_x or panel.log_x
+            axes.set(xscale="log" if x_log else "linear", yscale="log" if panel.log else "linear")
             axes.set_title(panel.title)
             if own or k >= len(every) - self.columns:
                 axes.set_xlabel((panel.x or self.x).head)

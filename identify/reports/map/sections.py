@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from identify.reports.kit.cells import Column, angles
 from identify.reports.kit.report import (
     EVERYWHERE,
     PRINT,
+    Drawing,
     Heading,
     Parts,
     Pickers,
@@ -87,10 +87,10 @@ def _receptance(result: MapResult) -> Parts:
         f"Receptance of {result.tool} at the stiffest, a middling and the softest posture, with 95 % bands,"
         " along the base's axes."
     )
-    plot = Plot("tool-plot", Column("Frequency", "Hz"), _panels(result, rows), caption, note, height=1.5)
+    plot = Plot("", Column("Frequency", "Hz"), _panels(result, rows), caption, height=1.5)
     return [
         Pickers((("Posture", "tool-posture", ()), ("Along", "tool-axis", _AXES))),
-        replace(plot.drawing(), page={"tool": _tool(result, some)}, scripts=()),
+        Drawing("tool-plot", plot.figure, caption, plot.curves, note, page={"tool": _tool(result, some)}),
     ]
 
 

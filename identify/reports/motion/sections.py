@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table
 from identify.reports.kit.report import (
     EVERYWHERE,
@@ -24,8 +25,7 @@ from identify.reports.kit.report import (
 )
 from identify.reports.motion import tables
 from identify.reports.motion.circle_figure import circles
-from identify.reports.motion.figure import histories
-from identify.reports.motion.pick import moving, panels
+from identify.reports.motion.pick import RECORDED, moving, panels
 from identify.reports.shared.parameters import PARAMETERS_TERMINAL, parameter_table
 from identify.results.circular import CircularTest
 from identify.results.motion import MotionResult, RecordResult
@@ -73,8 +73,28 @@ def _motion(result: MotionResult) -> Iterator[Part]:
     yield Drawing("motion-plot", page=page, scripts=("motion.js",))
     for record in records:
         joint = moving(record)
-        caption = f"{_name(record)}: {result.joints[joint]}."
-        yield Drawing("", partial(histories, record, joint), caption, partial(_curves, record, joint))
+        plot = Plot(
+            "",
+            Column("Time", "s"),
+            _panels(record, joint),
+            f"{_name(record)}: {result.joints[joint]}.",
+            height=0.95,
+        )
+        yield plot.printed()
+
+
+def _panels(record: RecordResult, joint: int) -> list[Panel]:
+    """Position, how far it is off, velocity, and current or torque of one joint."""
+    return [
+        Panel(
+            Column(panel.label, panel.unit),
+            [
+                Line(one.name, one.time, one.values[:, joint], look="noisy" if one.name == RECORDED else "")
+                for one in panel.curves
+            ],
+        )
+        for panel in panels(record)
+    ]
 
 
 def _name(record: RecordResult) -> str:
@@ -91,18 +111,6 @@ def _record(record: RecordResult) -> dict[str, Any]:
         for panel in panels(record)
     ]
     return {"name": _name(record), "moving": moving(record), "panels": shown}
-
-
-def _curves(record: RecordResult, joint: int) -> list[Curves]:
-    """The numbers behind the figure: a set per curve."""
-    return [
-        Curves(
-            f"{record.name}, {panel.label.lower()}, {curve.name}",
-            [Column("Time", "s", curve.time), Column(panel.label, panel.unit, curve.values[:, joint])],
-        )
-        for panel in panels(record)
-        for curve in panel.curves
-    ]
 
 
 def _radial(tests: dict[str, CircularTest]) -> list[Curves]:
