@@ -88,7 +88,7 @@ def profiles(result: FitResult) -> Plot:
         lines = [Line("rise of chi-square", curve.values, curve.rise), limit]
         wide = bool(p.log[row] and ends[1] > _WIDE * ends[0])
         x = Column(name, unit(p.unit[row]))
-        panels.append(Panel(Column("Rise of chi-square"), lines, top=top, x=x, log_x=wide))
+        panels.append(Panel(Column("Rise of chi-square", NONE), lines, top=top, x=x, log_x=wide))
     caption = "Profile likelihood: rise of chi-square, all other parameters fitted again; dashed: 3.84."
     return Plot("profiles", Column(""), panels, caption, height=1.9, columns=3)
 

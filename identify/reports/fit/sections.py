@@ -112,8 +112,18 @@ def _parameters(result: FitResult) -> Parts:
         Tabular(table, sort="parameters", terminal=PARAMETERS_TERMINAL, on=EVERYWHERE),
         Drawing("parameter-plot", figure, caption, lambda: [table], page=page, scripts=_CHARTS),
         given(tables.profile_table(result)),
-        figures.profiles(result).drawing() if result.profiles else None,
+        figures.profiles(result).drawing(partial(_profiles, result)) if result.profiles else None,
         given(tables.published_table(result)),
+    ]
+
+
+def _profiles(result: FitResult) -> list[Curves]:
+    units = dict(zip(result.parameters.name, result.parameters.unit, strict=True))
+    return [
+        Curves(
+            name, [Column(name, unit(units[name]), one.values), Column("Rise of chi-square", "", one.rise)]
+        )
+        for name, one in result.profiles.items()
     ]
 
 

@@ -121,7 +121,8 @@ class Plot:
         """The numbers behind it, a set per line."""
         return [
             Curves(
-                f"{panel.y.heading}, {line.name}", [replace(self.x, values=line.x), *_limits(panel.y, line)]
+                ", ".join(filter(None, (panel.title, panel.y.heading, line.name))),
+                [replace(panel.x or self.x, values=line.x), *_limits(panel.y, line)],
             )
             for panel in self.panels
             for line in panel.lines
