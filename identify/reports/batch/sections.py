@@ -37,8 +37,8 @@ _ABOUT = (
     " scatter most. Fits are numbered as in the table of parameters."
 )
 _TRENDS = (
-    "Parameters of each posture on its own, with 95 % intervals, over the joint they change with; orange: the"
-    " weighted mean; crosses: not counted."
+    "Parameters of each posture on its own, with 95 % intervals, over the joint they change with, and the"
+    " weighted mean; not counted: not determined there, or at a bound."
 )
 _ERRORS = (
     "Errors by posture; frequency and damping errors are those of the modes that are paired with measured"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.reports.kit.cells import Column, Curves
+from identify.reports.kit.cells import Column, Curves, Table
 from identify.reports.kit.report import Drawing
 
 if TYPE_CHECKING:
@@ -25,6 +25,9 @@ _DASHES = ((), (6, 2), (1, 1.5), (6, 1.5, 1, 1.5), (11, 2), (11, 1.5, 1, 1.5))
 """Strokes and gaps of lines, over their width: told apart without colour, as in print."""
 _MARKS = (("o", "circle-open"), ("s", "square-open"), ("^", "triangle-up-open"), ("D", "diamond-open"))
 """Of points, in print and on the page."""
+
+
+Numbers: TypeAlias = Callable[[], Sequence[Table | Curves]]
 
 
 @dataclass(frozen=True)
@@ -80,12 +83,12 @@ class Plot:
     height: float = 2.3
     columns: int = 1
 
-    def drawing(self, numbers: Callable[[], Sequence[Curves]] | None = None) -> Drawing:
+    def drawing(self, numbers: Numbers | None = None) -> Drawing:
         """The part of a report; numbers: what is exported in place of a set per line."""
         data, page = numbers or self.curves, self.data()
         return Drawing(self.anchor, self.figure, self.caption, data, self.note, "", page, ("banded.js",))
 
-    def printed(self, numbers: Callable[[], Sequence[Curves]] | None = None) -> Drawing:
+    def printed(self, numbers: Numbers | None = None) -> Drawing:
         """The same where the page draws in another way."""
         return Drawing("", self.figure, self.caption, numbers or self.curves)
 
@@ -144,7 +147,7 @@ class Plot:
         for k, (axes, panel) in enumerate(zip(every, self.panels, strict=False)):
             for line in panel.lines:
                 handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
-            axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height)))
+            axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height), break_long_words=False))
             x_log = self.log_x or panel.log_x
             axes.set(xscale="log" if x_log else "linear", yscale="log" if panel.log else "linear")
             axes.set_title(panel.title)
@@ -172,16 +175,16 @@ def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: t
 
     color = PALETTE[number % len(PALETTE)]
     y = np.where(np.isfinite(line.y), line.y, np.nan)
+    many = len(line.x) > _MANY
     if line.low is not None and line.high is not None and line.points:
-        axes.vlines(line.x, line.low, line.high, color=color, alpha=0.4, lw=0.5)
+        axes.vlines(line.x, line.low, line.high, color=color, alpha=0.4, lw=0.5, rasterized=many)
     elif line.low is not None and line.high is not None:
         axes.fill_between(
             line.x, line.low, line.high, where=np.isfinite(y).tolist(), color=color, alpha=0.25, lw=0
         )
     if line.points:
-        many = len(line.x) > _MANY
         look: Any = {"mfc": color, "mew": 0.0, "ms": 1.2} if many else {"mfc": "none", "ms": 3.5}
-        return axes.plot(line.x, y, mark[0], color=color, **look)[0]
+        return axes.plot(line.x, y, mark[0], color=color, rasterized=many, **look)[0]
     if line.look == "noisy":
         return axes.plot(line.x, y, color=INK, lw=0.5, zorder=1)[0]
     if line.look == "steps":

@@ -8,42 +8,32 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import NONE
-from identify.reports.kit.figures import BLUE, MUTED, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import NONE, Column
+from identify.reports.kit.figures import WIDTH_IN
 from identify.reports.shared.posture_pick import Postures, Quantity
 
-_COLUMNS = 3
 _MANY = 200
 """Dots beyond which a picture of them is smaller and quicker than their outlines."""
 _COLORS = "cividis"
 """A colour map that colour-blind readers see as others do."""
 
 
-def trends(postures: Postures, quantities: Sequence[Quantity]) -> mpl.Figure:
+def trends(postures: Postures, quantities: Sequence[Quantity], caption: str) -> Plot:
     """Each quantity with its 95 % interval over the angle of the joint it changes with, or over the number of
     the posture.
     """
-    rows = -(-len(quantities) // _COLUMNS)
-    figure = mpl.Figure((WIDTH_IN, 1.75 * rows), layout="constrained")
-    panels = figure.subplots(rows, _COLUMNS, squeeze=False).ravel()
-    for axes, one in zip(panels, quantities, strict=False):
-        x, label = _across(postures, one)
-        _trend(axes, x, one, _joined(postures, one))
-        axes.set_xlabel(label)
-        axes.set_title(one.name)
-        axes.set_ylabel(one.unit or NONE)
-    for axes in panels[len(quantities) :]:
-        axes.set_axis_off()
-    return figure
+    panels = [_trend(*_across(postures, one), one, _joined(postures, one)) for one in quantities]
+    return Plot("", Column(""), panels, caption, height=1.75, columns=3)
 
 
-def _across(postures: Postures, one: Quantity) -> tuple[Array, str]:
+def _across(postures: Postures, one: Quantity) -> tuple[Array, Column]:
     joint = postures.joint_of(one)
     if joint < 0:
-        return np.arange(1.0, len(postures.names) + 1), f"Posture ({NONE})"
-    return postures.angles_deg[:, joint], f"Joint {joint + 1} (°)"
+        return np.arange(1.0, len(postures.names) + 1), Column("Posture", NONE)
+    return postures.angles_deg[:, joint], Column(f"Joint {joint + 1}", "°")
 
 
 def _joined(postures: Postures, one: Quantity) -> bool:
@@ -52,49 +42,38 @@ def _joined(postures: Postures, one: Quantity) -> bool:
     return len(postures.varied) == 1 and postures.joint_of(one) >= 0 and len(set(angles)) == len(angles)
 
 
-def _trend(axes: mpl.Axes, x: Array, one: Quantity, joined: bool) -> None:
-    faint = np.zeros(len(x), dtype=bool) if one.faint is None else one.faint
+def _over(name: str, x: Array, one: Quantity, joined: bool, counts: Mask | None = None) -> Line:
+    """Values with their limits at the postures that count, in order of x."""
+    rows = np.argsort(x, kind="stable")
+    rows = rows if counts is None else rows[counts[rows]]
+    low, high = (None if limit is None else limit[rows] for limit in (one.low, one.high))
+    return Line(name, x[rows], one.value[rows], low, high, points=not joined)
+
+
+def _trend(x: Array, across: Column, one: Quantity, joined: bool) -> Panel:
+    counts = np.ones(len(x), dtype=bool) if one.faint is None else ~one.faint
+    lines = [_over("each posture", x, one, joined, counts)]
     if one.level is not None:
-        axes.axhspan(one.level[1], one.level[2], color=ORANGE, alpha=0.35, lw=0)
-        axes.axhline(one.level[0], color=ORANGE, lw=0.9)
-    if one.low is not None and one.high is not None:
-        axes.vlines(x[~faint], one.low[~faint], one.high[~faint], color=MUTED, lw=0.6)
-    order = np.argsort(x[~faint], kind="stable")
-    style = ".-" if joined else "."
-    axes.plot(x[~faint][order], one.value[~faint][order], style, color=BLUE, ms=3.5, lw=0.8)
-    counted = one.value[~faint & np.isfinite(one.value)]
-    axes.plot(x[faint], one.value[faint], "x", color=MUTED, ms=3)
-    if len(counted):
-        low, high = counted.min(), counted.max()
-        room = 0.25 * (high - low) or 0.05 * abs(high) or 1.0
-        axes.set_ylim(low - room, high + room)
+        ends = np.array([np.nanmin(x), np.nanmax(x)])
+        level, low_95, high_95 = (np.full(2, value) for value in one.level)
+        lines.append(Line(one.level_name, ends, level, low_95, high_95))
+    if not counts.all():
+        lines.append(Line("not counted", x[~counts], one.value[~counts], points=True))
+    counted = one.value[counts & np.isfinite(one.value)]
+    low, high = (counted.min(), counted.max()) if len(counted) else (0.0, 1.0)
+    room = 0.25 * (high - low) or 0.05 * abs(high) or 1.0
+    y = Column(one.name, one.unit or NONE)
+    return Panel(y, lines, top=(float(low - room), float(high + room)), x=across)
 
 
-def modes(postures: Postures, kind: str) -> mpl.Figure:
+def modes(postures: Postures, kind: str, caption: str) -> Plot:
     """All frequencies, or all damping ratios, over the joint that explains the first one best."""
-    figure = mpl.Figure((WIDTH_IN, 2.6), layout="constrained")
-    axes = figure.subplots()
     found = postures.of(kind)
-    x, label = _across(postures, found[0])
-    for number, one in enumerate(found):
-        color = PALETTE[number % len(PALETTE)]
-        if one.low is not None and one.high is not None:
-            axes.vlines(x, one.low, one.high, color=color, lw=0.5, rasterized=len(x) > _MANY)
-        order = np.argsort(x, kind="stable")
-        axes.plot(
-            x[order],
-            one.value[order],
-            ".-" if _joined(postures, found[0]) else ".",
-            color=color,
-            ms=3,
-            lw=0.8,
-            rasterized=len(x) > _MANY,
-            label=one.name.removeprefix(f"{kind} of "),
-        )
-    axes.set(xlabel=label, ylabel="Frequency (Hz)" if kind == "frequency" else "Damping ratio (%)")
-    axes.set_ylim(0, None)
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside right center", markerscale=2)
-    return figure
+    (x, across), joined = _across(postures, found[0]), _joined(postures, found[0])
+    lines = [_over(one.name.removeprefix(f"{kind} of "), x, one, joined) for one in found]
+    y = Column("Frequency", "Hz") if kind == "frequency" else Column("Damping ratio", "%")
+    most = max(float(np.nanmax(one.value if one.high is None else one.high)) for one in found)
+    return Plot("", across, [Panel(y, lines, top=1.05 * most)], caption)
 
 
 def maps(postures: Postures, quantities: Sequence[Quantity]) -> mpl.Figure:

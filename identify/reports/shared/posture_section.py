@@ -36,8 +36,9 @@ def pictures(note: str, page: dict[str, Any]) -> list[Part]:
 
 def trends(postures: Postures, shown: Sequence[Quantity], caption: str) -> Drawing | None:
     """Quantities over the joint they change with, in the PDF."""
-    figure = partial(posture_figure.trends, postures, shown)
-    return _drawing(figure, caption, postures, shown) if shown else None
+    if not shown:
+        return None
+    return posture_figure.trends(postures, shown, caption).printed(partial(_values, postures, shown))
 
 
 def modes(postures: Postures, said: str) -> Iterator[Drawing]:
@@ -45,8 +46,8 @@ def modes(postures: Postures, said: str) -> Iterator[Drawing]:
     for kind, what in (("frequency", "Frequencies"), ("damping", "Damping ratios")):
         shown = postures.of(kind)
         if shown:
-            figure = partial(posture_figure.modes, postures, kind)
-            yield _drawing(figure, f"{what} {said}.", postures, shown)
+            plot = posture_figure.modes(postures, kind, f"{what} {said}.")
+            yield plot.printed(partial(_values, postures, shown))
 
 
 def maps(postures: Postures, shown: Sequence[Quantity]) -> Iterator[Drawing]:
@@ -54,19 +55,16 @@ def maps(postures: Postures, shown: Sequence[Quantity]) -> Iterator[Drawing]:
     caption = "Over two joints, and over the place of the tool from the side and from above."
     for first in range(0, len(shown), 3):
         some = shown[first : first + 3]
-        yield _drawing(partial(posture_figure.maps, postures, some), caption, postures, some)
+        figure = partial(posture_figure.maps, postures, some)
+        yield Drawing("", figure, caption, partial(_values, postures, some))
 
 
-def _drawing(figure: Any, caption: str, postures: Postures, shown: Sequence[Quantity]) -> Drawing:
-    return Drawing("", figure, caption, lambda: [_values(postures, shown)])
-
-
-def _values(postures: Postures, shown: Sequence[Quantity]) -> Table:
+def _values(postures: Postures, shown: Sequence[Quantity]) -> list[Table]:
     """Quantities by posture, for export."""
     joints = [f"Joint {joint + 1}" for joint in range(postures.angles_deg.shape[1])]
     angles = several(joints, "°", postures.angles_deg)
     values = [Column(one.name, one.unit, one.value) for one in shown]
-    return Table("by posture", [words("Posture", postures.names), *angles, *values])
+    return [Table("by posture", [words("Posture", postures.names), *angles, *values])]
 
 
 def posture_data(postures: Postures, first: str, most: Sequence[int] | None = None) -> dict[str, Any]:
