@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from identify.core.asked import as_options, key
 from identify.core.coded import Coded, code_of
 from identify.modal.reasons import Why, because, in_short
+from identify.modes.evaluate import turned_down
+from tests.reports.modes_sample import modes_result
 
 
 def test_a_sentence_is_a_text_and_keeps_its_code() -> None:
@@ -30,3 +34,10 @@ def test_a_key_is_an_option_where_there_is_no_config() -> None:
         assert key("unit", "g") == "`--unit`, such as `--unit g`"
         assert key("window_decay_per_s") == "`--window-decay`"
     assert key("averages") == "the key averages"
+
+
+def test_what_was_turned_down_is_counted_by_code() -> None:
+    one = modes_result().measurements["table"]
+    worded = replace(one, rejected=replace(one.rejected, reason=("for some reason", "for another")))
+    said = "2 candidates were rejected: 1 in too few orders, 1 as duplicate."
+    assert turned_down(one) == turned_down(worded) == said
