@@ -153,15 +153,18 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
     bodies = []
     for name in names:
         if name in told:
-            body = _halves(found[name], told[name], told[name])
-            centre = robot.link(name).centre
-            body = replace(body, centre=centre) if np.any(centre) else body
+            body = _centred(_halves(found[name], told[name], told[name]), robot.link(name).centre)
         else:
             shares = _shares(found[name], [found[n] for n in weightless])
             body = _halves(found[name], *(rest * part for part in shares))
             body = merge(body, motors[name]) if name in motors else body
         bodies.append(_possible(replace(body, name=name)))
     return bodies
+
+
+def _centred(body: Link, centre: Array) -> Link:
+    """With the centre that was told, where it was."""
+    return replace(body, centre=centre) if np.any(centre) else body
 
 
 def _found(robot: Robot, names: Sequence[str]) -> dict[str, Shape]:

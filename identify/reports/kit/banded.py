@@ -147,21 +147,25 @@ class Plot:
         for k, (axes, panel) in enumerate(zip(every, self.panels, strict=False)):
             for line in panel.lines:
                 handles.setdefault(line.name, _drawn(axes, line, **self._style(line)))
-            axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height), break_long_words=False))
-            x_log = self.log_x or panel.log_x
-            axes.set(xscale="log" if x_log else "linear", yscale="log" if panel.log else "linear")
-            axes.set_title(panel.title)
+            self._framed(axes, panel)
             if own or k >= len(every) - self.columns:
                 axes.set_xlabel((panel.x or self.x).head)
-            if isinstance(panel.top, tuple):
-                axes.set_ylim(*panel.top)
-            elif panel.top is not None:
-                axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
         if self.log_x:
             _plain(every[-1])
         columns = len(handles) if len(handles) <= 4 else 3
         figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=columns)
         return figure
+
+    def _framed(self, axes: Axes, panel: Panel) -> None:
+        """Title, label, scales and limits."""
+        axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height), break_long_words=False))
+        x_log = self.log_x or panel.log_x
+        axes.set(xscale="log" if x_log else "linear", yscale="log" if panel.log else "linear")
+        axes.set_title(panel.title)
+        if isinstance(panel.top, tuple):
+            axes.set_ylim(*panel.top)
+        elif panel.top is not None:
+            axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
 
 
 def _limits(y: Column, line: Line) -> list[Column]:
