@@ -165,7 +165,7 @@ class Plot:
         if isinstance(panel.top, tuple):
             axes.set_ylim(*panel.top)
         elif panel.top is not None:
-            axes.set_ylim(top=panel.top, **({} if panel.log else {"bottom": 0.0}))
+            axes.set_ylim(None if panel.log else 0.0, panel.top)
 
 
 def _limits(y: Column, line: Line) -> list[Column]:
