@@ -152,7 +152,7 @@ def _types(field: dict[str, Any]) -> Iterator[str]:
         elif "enum" in one or "const" in one:
             yield ", ".join(f"`{value}`" for value in one.get("enum", [one.get("const")]))
         elif one.get("type") == "array":
-            inner = next(_types(one.get("items", {})), "") if isinstance(one.get("items"), dict) else ""
+            inner = " or ".join(_types(one.get("items", {}))) if isinstance(one.get("items"), dict) else ""
             yield f"list of {inner}" if inner else "list"
         elif one.get("type") not in (None, "null"):
             yield one["type"]

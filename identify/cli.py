@@ -4,8 +4,6 @@ command.
 
 from __future__ import annotations
 
-import re
-import sys
 import time
 from collections.abc import Iterable
 from pathlib import Path
@@ -31,14 +29,7 @@ from identify.api.options import (
 )
 from identify.api.robot_options import InitOptions, PointsOptions, RobotFile
 from identify.core.analyses import BY_NAME, OF_KIND, WITH_CONFIG, checker_of
-from identify.core.errors import (
-    EXIT_BAD_INPUT,
-    EXIT_FAILED_CHECK,
-    EXIT_INTERRUPTED,
-    EXIT_NOT_CONVERGED,
-    InputError,
-    InputErrors,
-)
+from identify.core.errors import EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, InputError, InputErrors
 from identify.core.text import typed
 from identify.core.version import VERSION
 
@@ -134,16 +125,17 @@ def modes(
     Exit code 4 when there is none, or when they do not rebuild the FRFs. A universal file with mode shapes
     and no FRF is shown as it is.
     """
+    from identify.core.asked import as_options
     from identify.core.collector import uncollected
 
     try:
-        with uncollected():
+        with uncollected(), as_options():
             from identify.api import commands as api
 
             found = api.run_modes(data, options, options.quiet)
-    except InputError as error:
+    except InputError:
         if len(data) > 1 or not api.has_shapes_alone(data[0]):
-            raise _with_options(error) from error
+            raise
         mac_(str(data[0]))
         typer.echo("mode shapes without FRFs, as they are; `identify mac` compares them with others")
         return
@@ -475,79 +467,6 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
         raise typer.Exit(EXIT_NOT_CONVERGED)
 
 
-def _with_options(error: InputError) -> InputError:
-    """The same, where it asks for a key that is an option of this command."""
-
-    def option(found: re.Match[str]) -> str:
-        name = f"--{found[1].removesuffix('_per_s').replace('_', '-')}"
-        return f"`{name}`" + (f", such as `{name} {found[2]}`" if found[2] else "")
-
-    keys = "format|unit|quantity|averages|window_decay_per_s|outputs|inputs"
-    parts = [
-        re.sub(rf"the key ({keys})\b(?:, such as \w+: (\S+))?", option, part)
-        for part in (error.where, error.found, error.expected, error.fix)
-    ]
-    return InputError(*parts)
-
-
 def _say_written(paths: Iterable[Path], in_time: str = "") -> None:
     for path in paths:
         typer.echo(f"wrote {path}{in_time}")
-
-
-def main() -> None:
-    """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
-    code 2, Ctrl-C and a polite kill into one and exit code 130.
-    """
-    import os
-    import warnings
-
-    from identify.core.interruption import Interrupted, check, listening
-    from identify.core.part_file import DamagedPart
-    from identify.core.plugin import BrokenPlugin
-
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
-    os.environ.setdefault("MUJOCO_GL", "disable")  # no window is opened: its libraries are slow to load
-    show = warnings.showwarning
-
-    def note(message: Warning | str, category: type[Warning], *where: Any, **other: Any) -> None:
-        if issubclass(category, (DamagedPart, BrokenPlugin)):
-            typer.echo(f"note: {message}", err=True)
-        else:
-            show(message, category, *where, **other)
-
-    warnings.showwarning = note
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # a pipe of another code page must not end a finished run
-            stream.reconfigure(errors="replace")
-    ended = _sentence_on_interruption(sys.argv[1:2])
-    try:
-        with listening(ended):
-            try:
-                app()
-            except SystemExit:
-                check()  # a signal that came too late to be looked at is not swallowed
-                raise
-    except (InputError, InputErrors) as error:
-        typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
-        sys.exit(EXIT_BAD_INPUT)
-    except Interrupted:
-        typer.echo(ended, err=True)
-        sys.exit(EXIT_INTERRUPTED)
-
-
-def _sentence_on_interruption(words: list[str]) -> str:
-    """What is said when a command was interrupted: how it is resumed, where it can be."""
-    import inspect
-
-    resumable = [
-        (one.name or one.callback.__name__)
-        for one in app.registered_commands
-        if one.callback is not None and "resume" in inspect.signature(one.callback).parameters
-    ]
-    return (
-        "interrupted; resume with `--resume`"
-        if words[:1] in [[name] for name in resumable]
-        else "interrupted"
-    )

@@ -23,6 +23,7 @@ import h5py
 import numpy as np
 
 from identify import cli
+from identify.__main__ import main
 from identify.core import part_file
 
 _PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
@@ -98,7 +99,7 @@ def _captured(words: tuple[str, ...], cwd: Path, out: Path, err: Path) -> None:
     sys.stdout, sys.stderr = out.open("w"), err.open("w")
     for number, stream in enumerate((sys.stdout, sys.stderr), start=1):
         os.dup2(stream.fileno(), number)
-    cli.main()
+    main()
 
 
 def _main(words: list[str], said: Path, ready: Path, trouble: Trouble) -> None:
@@ -119,7 +120,7 @@ def _main(words: list[str], said: Path, ready: Path, trouble: Trouble) -> None:
 
     marked.registered_commands = command.registered_commands  # type: ignore[attr-defined]
     cli.app = marked  # type: ignore[assignment]
-    cli.main()
+    main()
 
 
 def _at_write(number: int, which: int) -> None:

@@ -16,14 +16,14 @@ from nbclient import NotebookClient
 
 import identify
 from identify.core.errors import InputError
-from identify.reports.kit.cells import Column, Table, number
+from identify.reports.kit.cells import Column, Table, words
 from identify.reports.next_step import next_steps
 from identify.reports.outcome import Columns, Result
 from identify.results import file as result_file
 from identify.results.discovery import fit_of
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.kinds import CASES
-from tests.reports.sample import frf_result
+from tests.reports.sample import frf_result, modal_result
 
 ROOT = Path(__file__).parents[1]
 TX200 = ROOT / "configs" / "umons_tx200.yaml"
@@ -98,8 +98,8 @@ def test_every_kind_of_result_has_tables_and_figures(case: object) -> None:
 
 
 def test_a_column_of_numbers_is_one() -> None:
-    columns = (Column("Mode", numeric=False), Column("Frequency", "Hz"))
-    table = Columns(Table("Modes", columns, (("a", number(12.3456)), ("b", number(math.nan)))))
+    columns = (words("Mode", ["a", "b"]), Column("Frequency", "Hz", [12.3456, math.nan]))
+    table = Columns(Table("Modes", columns))
     assert table["Frequency (Hz)"][0] == 12.3456
     assert math.isnan(table["Frequency (Hz)"][1])
     assert table["Mode"] == ["a", "b"]
@@ -121,9 +121,12 @@ def test_a_name_that_does_not_exist_is_an_attribute_error() -> None:
 
 
 def test_a_fit_with_a_large_gap_is_followed_by_a_discovery(tmp_path: Path) -> None:
-    missing = frf_result(60, 4, gap=8.0, verdict=("`identify discover a.yaml` looks for it.",))
+    """By the gap, whatever the verdict says; only of FRFs, which a discovery reads."""
+    missing = frf_result(60, 4, gap=8.0, verdict=("As you like it.",))
     steps = next_steps(Result(missing, (tmp_path / "a.h5",)), Path("a.yaml"))
     assert [step.split("   ")[0] for step in steps] == ["identify discover a.yaml"]
+    modal = modal_result(gap=8.0, verdict=("`identify discover a.yaml` looks for it.",))
+    assert next_steps(Result(modal, (tmp_path / "a.h5",)), Path("a.yaml")) == []
     good = frf_result(60, 4, gap=1.0, converged=True, verdict=("Fine.",))
     assert "identify map" in next_steps(Result(good, (tmp_path / "a.h5",)), Path("a.yaml"))[0]
 

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from identify.cli import app, main
+from identify.__main__ import main
+from identify.cli import app
 from identify.core.errors import InputError
 from identify.fitting.optimizers.base import OPTIMIZERS
 from identify.measured.delimited import write_frf

@@ -63,6 +63,62 @@ def test_there_is_no_import_cycle() -> None:
         visit(name, ())
 
 
+def _folders(arrows: Iterable[tuple[str, str]]) -> dict[str, set[str]]:
+    """Of imports (module, imported module), from which folder of a package to which other."""
+    found: dict[str, set[str]] = {}
+    for one, other in arrows:
+        a, b = one.rpartition(".")[0], other.rpartition(".")[0]
+        if a != b and "." in a:
+            found.setdefault(a, set()).add(b)
+    return found
+
+
+def _circles(folders: dict[str, set[str]]) -> set[frozenset[str]]:
+    """The folders that lie on a common circle."""
+
+    def reached(start: str) -> set[str]:
+        seen: set[str] = set()
+        left = [start]
+        while left:
+            for other in folders.get(left.pop(), set()) - seen:
+                seen.add(other)
+                left.append(other)
+        return seen
+
+    far = {folder: reached(folder) for folder in folders}
+    every = {frozenset({a, *(b for b in far[a] if a in far.get(b, ()))}) for a in folders if a in far[a]}
+    return {circle for circle in every if len(circle) > 1}
+
+
+PLUG_POINTS = {
+    frozenset(f"identify.{name}" for name in names)
+    for names in (
+        ("explain", "explain.effects"),
+        ("fitting", "fitting.optimizers"),
+        ("setup", "setup.kinds"),
+        ("vibration", "vibration.costs", "vibration.nuisances"),
+        ("discovery", "discovery.places", "discovery.sparse"),
+    )
+}
+"""Folders on a circle with the one they stand in, whose kinds are built from what it has and used by it; no
+other may come to be.
+"""
+
+
+def test_there_is_no_circle_of_folders() -> None:
+    """A circle of files is one of folders, but not the other way round."""
+    arrows = [(name, other) for name, path in MODULES.items() for other in _imports(path)]
+    for circle in _circles(_folders(arrows)):
+        assert any(circle <= known for known in PLUG_POINTS), sorted(circle)
+
+
+def test_a_circle_of_folders_is_seen() -> None:
+    up = [("identify.reports.kit.page", "identify.reports.fit.pick")]
+    down = [("identify.reports.fit.parts", "identify.reports.kit.report")]
+    assert _circles(_folders(up)) == _circles(_folders(down)) == set()
+    assert _circles(_folders(up + down)) == {frozenset({"identify.reports.fit", "identify.reports.kit"})}
+
+
 ORDER = (
     "cli",
     "api",

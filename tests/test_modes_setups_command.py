@@ -15,7 +15,7 @@ from identify.core.errors import InputError
 from identify.measured.uff.write import write_uff58
 from identify.modal.mac import mac
 from identify.modal.setups.result import pooled
-from identify.reports.modes.setup_table import setup_table
+from identify.reports.modes.tables import setup_table
 from identify.results import file as result_file
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from tests.measured.simulate import SAMPLE_RATE_HZ, hammer_test, random_test, two_masses

@@ -91,19 +91,17 @@ def discover(
     config: _Path,
     *,
     out: _Path | None = None,
-    starts: int | None = None,
-    workers: int | None = None,
-    as_stated: bool = False,
-    time_s: float | None = None,
-    resume: bool = False,
     report: bool = False,
     quiet: bool = True,
+    **options: Any,
 ) -> Result:
-    """Find what is missing from the model of a study; writes the better study beside the result.  as_stated:
-    even where a mistake of the set-up explains the gap; time_s: after which nothing new is begun.
+    """Find what is missing from the model of a study; writes the better study beside the result.
+
+    options: those of `identify discover` by name, such as starts, workers and resume; as_stated: even where a
+    mistake of the set-up explains the gap; time_s: after which nothing new is begun.
     """
-    options = DiscoverOptions(_path(out), starts, workers, as_stated, time_s, report, resume)
-    return _reported(run("discover", Path(config), options, quiet), report)
+    wanted = DiscoverOptions(out=_path(out), report=report, **_paths(options))
+    return _reported(run("discover", Path(config), wanted, quiet), report)
 
 
 def explain(

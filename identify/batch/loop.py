@@ -82,13 +82,8 @@ def _run(
     full: InputError | None = None
     seen = False
     while True:
-        while full is None and len(under_way) < executor.slots():
-            job = next(waiting, None) or (again.pop(0) if again else None)
-            if job is None:
-                break
-            entry = index.jobs[job.name]
-            entry.state, entry.attempts = "running", entry.attempts + 1
-            under_way[executor.submit(job, entry.attempts, limit_s)] = job
+        if full is None:
+            _begin(waiting, again, executor, index, limit_s, under_way)
         if not under_way:
             break
         check()
@@ -106,6 +101,24 @@ def _run(
         watch(index)
     if full is not None:
         raise full
+
+
+def _begin(
+    waiting: Iterator[Job],
+    again: list[Job],
+    executor: Executor,
+    index: BatchIndex,
+    limit_s: float | None,
+    under_way: dict[Future[JobOutcome], Job],
+) -> None:
+    """Put jobs under way while there is room, those that are to be begun again last."""
+    while len(under_way) < executor.slots():
+        job = next(waiting, None) or (again.pop(0) if again else None)
+        if job is None:
+            return
+        entry = index.jobs[job.name]
+        entry.state, entry.attempts = "running", entry.attempts + 1
+        under_way[executor.submit(job, entry.attempts, limit_s)] = job
 
 
 def _look_after(job: Job, index: BatchIndex) -> None:

@@ -93,6 +93,10 @@ def _reader(pid: int) -> _Reader:
     return reader
 
 
+_Answer = tuple[dict[str, Any], Group | None]
+"""What was said, and the tree of a file where it could be made."""
+
+
 class _Reader:
     """A child process, started when first needed and again after it died."""
 
@@ -140,14 +144,7 @@ class _Reader:
         limits = {"memory": _MEMORY + _UNPACKING * size, "seconds": seconds}
         asked = {"path": str(path.resolve()), "form": form, "names": None if names is None else list(names)}
         asked |= more or {}
-        with self._lock:
-            self.start()
-            if not self._ready:
-                self._ready = self._ask({"path": "", "form": "none", **limits}, _START_S) is not None
-            patience = 3 * seconds if _WALL_ONLY else _START_S + seconds
-            answer = self._ask({**asked, **limits}, patience) if self._ready else None
-            late = self._late
-            code = None if answer is not None or self._process is None else self._process.wait()
+        answer, late, code = self._answer(asked, limits)
         if answer is None:
             late = late or code == -getattr(signal, "SIGXCPU", 0)
             raise InputError(str(path), _lost(late, seconds, code), expected, fix)
@@ -157,7 +154,21 @@ class _Reader:
             raise InputError(f"{path}{place}", said["found"], expected, fix)
         return tree
 
-    def _ask(self, request: dict[str, Any], seconds: float) -> tuple[dict[str, Any], Group | None] | None:
+    def _answer(
+        self, asked: dict[str, Any], limits: dict[str, float]
+    ) -> tuple[_Answer | None, bool, int | None]:
+        """The answer within limits, or None, whether the process took too long, and how it ended."""
+        seconds = limits["seconds"]
+        with self._lock:
+            self.start()
+            if not self._ready:
+                self._ready = self._ask({"path": "", "form": "none", **limits}, _START_S) is not None
+            patience = 3 * seconds if _WALL_ONLY else _START_S + seconds
+            answer = self._ask({**asked, **limits}, patience) if self._ready else None
+            code = None if answer is not None or self._process is None else self._process.wait()
+            return answer, self._late, code
+
+    def _ask(self, request: dict[str, Any], seconds: float) -> _Answer | None:
         """The answer to a request, or None where the process died or had to be killed."""
         process = self._process
         if process is None:

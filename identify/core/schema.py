@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from inspect import cleandoc
 from typing import Any
 
@@ -19,29 +20,32 @@ def config_schema(analysis: Analysis) -> dict[str, Any]:
     study: type[BaseModel] = load(analysis.study)
     schema = study.model_json_schema(by_alias=True)
     for key, plug in analysis.plugs.items():
-        holder = next(iter(models_in(study.model_fields[key].annotation)), None)
-        schema["properties"][key]["kinds"] = _kinds(load(plug), holder, f"#/properties/{key}/kinds")
+        holders = models_in(study.model_fields[key].annotation)
+        schema["properties"][key]["kinds"] = _kinds(load(plug), holders, f"#/properties/{key}/kinds")
+    for settings in schema.get("$defs", {}).values():
+        if "kind" in settings.get("properties", {}):
+            settings["properties"]["kind"].setdefault("description", "which of these")
     plain: dict[str, Any] = to_jsonable_python(schema, inf_nan_mode="strings")  # JSON has no infinity
     return plain
 
 
-def _kinds(registry: Registry, holder: type[BaseModel] | None, where: str) -> dict[str, Any]:
+def _kinds(registry: Registry, holders: Sequence[type[BaseModel]], where: str) -> dict[str, Any]:
     """The schema of every registered kind that a key takes.
 
-    holder: the settings that the key holds, of `FlatSettings` those beside the settings of a kind; None where
-    the key names kinds that have no settings.
+    holders: the settings that the key holds, any of them, of `FlatSettings` those beside the settings of a
+    kind; none where the key names kinds that have no settings.
     """
     kinds = registry.usable()
-    if holder is None:
+    if not holders:
         return {name: {"description": cleandoc(kind.__doc__ or "")} for name, kind in kinds.items()}
-    inner = holder
+    holder, inner = holders[0], list(holders)
     if issubclass(holder, FlatSettings):
-        [inner] = models_in(holder.model_fields[holder.INNER].annotation)
+        inner = models_in(holder.model_fields[holder.INNER].annotation)
     found = {}
-    for name in (name for name, kind in kinds.items() if issubclass(kind, inner)):
+    for name in (name for name, kind in kinds.items() if issubclass(kind, tuple(inner))):
         found[name] = _schema(kinds[name], f"{where}/{name}")
         found[name]["properties"]["kind"].setdefault("description", f"which {registry.what}")
-        if inner is not holder:
+        if holder not in inner:
             beside = _schema(holder, f"{where}/{name}")
             found[name]["properties"] |= beside["properties"]
             found[name].setdefault("$defs", {}).update(beside.get("$defs", {}))

@@ -42,7 +42,8 @@ def run_export(result: Path, wanted: Wanted, out: Path | None = None) -> Exporte
     """Write a fitted model at each posture; out: the file, where there is one posture, else what stands
     before the names of the postures; by default the result's name without suffix.
 
-    InputError for a file that is no fit, an unknown format or posture, and what a format cannot say.
+    InputError for a file that is no fit, an unknown format or posture, what a format cannot say, and a file
+    that exists, which is kept.
     """
     form: Format = FORMATS.get(wanted.to, "--to")()
     asked = wanted.modes is not None or wanted.error is not None
@@ -56,6 +57,8 @@ def run_export(result: Path, wanted: Wanted, out: Path | None = None) -> Exporte
     for path in (one for main in paths for one in form.paths(main)):
         if path.resolve() == result.resolve():
             raise InputError(str(path), "the result itself", "another file", ELSEWHERE)
+        if path.exists():
+            raise InputError(str(path), "the file exists", "a new file", f"{ELSEWHERE}, or remove it")
         check_writable(path)
     written: list[Path] = []
     notes: dict[str, None] = {}

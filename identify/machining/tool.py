@@ -122,24 +122,27 @@ class Tool(Settings):
 
     @model_validator(mode="after")
     def _whole(self) -> Self:
-        if (self.material is None) == (self.coefficients is None):
-            raise ValueError("material: expected either `material` or `coefficients`")
-        if self.node is not None and self.place is not None:
-            raise ValueError("node: expected either `node` or `place`")
-        if not 0 < self.spindle_rpm[0] < self.spindle_rpm[1]:
-            raise ValueError("spindle_rpm: expected the lower speed first, above 0")
-        if self.cut.width_mm is not None and self.cut.width_mm > self.diameter_mm:
-            raise ValueError("cut.width_mm: expected at most the diameter")
-        if self.coupling is not None and self.modes:
-            raise ValueError("coupling: expected either `coupling` or `modes`")
-        if self.pitch_deg and not (
-            len(self.pitch_deg) == self.teeth
-            and min(self.pitch_deg) > 0
-            and abs(sum(self.pitch_deg) - 360) < _ROUNDED_DEG
-        ):
-            raise ValueError("pitch_deg: expected an angle for each of the teeth, 360 in all")
-        if not (np.any(self.spindle_axis) and np.any(self.feed)):
-            raise ValueError("spindle_axis, feed: expected directions, not zero")
+        low, high = self.spindle_rpm
+        wide, pitch, pointing = self.cut.width_mm or 0.0, self.pitch_deg, (self.spindle_axis, self.feed)
+        around = abs(sum(pitch) - 360) < _ROUNDED_DEG and min(pitch, default=0) > 0
+        expected = (
+            (
+                (self.material is None) != (self.coefficients is None),
+                "material: expected either `material` or `coefficients`",
+            ),
+            (None in (self.node, self.place), "node: expected either `node` or `place`"),
+            (0 < low < high, "spindle_rpm: expected the lower speed first, above 0"),
+            (wide <= self.diameter_mm, "cut.width_mm: expected at most the diameter"),
+            (self.coupling is None or not self.modes, "coupling: expected either `coupling` or `modes`"),
+            (
+                not pitch or (len(pitch) == self.teeth and around),
+                "pitch_deg: expected an angle for each of the teeth, 360 in all",
+            ),
+            (all(map(np.any, pointing)), "spindle_axis, feed: expected directions, not zero"),
+        )
+        for holds, said in expected:
+            if not holds:
+                raise ValueError(said)
         return self
 
     @property

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex
+from identify.core.asked import key
 from identify.core.errors import InputError
 from identify.core.tree import Group
 from identify.measured.array_contents import described, suggested
@@ -277,7 +278,7 @@ def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channe
             arrays.where,
             f"no {name}",
             "channels such as 12:+Z",
-            f"name them with the key {name}, in the order of frf",
+            f"name them with {key(name)}, in the order of frf",
         )
     channels = [Channel.parse(text, f"{arrays.where}, {name}") for text in texts or asked or []]
     if texts is not None and not {Channel.parse(text, f"key {name}") for text in asked or []} <= set(

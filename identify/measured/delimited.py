@@ -118,7 +118,8 @@ def read_table(path: Path, columns: list[str] | None = None) -> DelimitedTable:
             lines.append(number)
     rows, lines = _with_header(path, columns, rows, lines)
     if len(rows) < 2:
-        raise InputError(str(path), f"{len(rows)} lines", "a header line and at least one line of numbers")
+        found = "a header line alone" if rows else "no line"
+        raise InputError(str(path), found, "a header line and at least one line of numbers")
     for row, line_number in zip(rows, lines, strict=True):
         if len(row) != len(rows[0]):
             found = f"{len(row)} cells, {len(rows[0])} in the header"

@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array, Complex
+from identify.core.asked import key
 from identify.core.errors import InputError
 from identify.measured.causality import is_conjugated
 from identify.measured.channel import Channel
@@ -271,7 +272,7 @@ def _unit(record: FrfRecord, asked: FrfUnit | None, options: FrfFileOptions) -> 
     if unit is None:
         said = f"the file gives no unit for its {record.quantity or 'FRFs'}"
         if asked is None:
-            raise InputError(record.where, said, "a unit", "add the key unit, such as unit: m/s^2/N")
+            raise InputError(record.where, said, "a unit", f"add {key('unit', 'm/s^2/N')}")
         if any(turns) and asked.factor != 1:
             found = f"{said} and {record.output}/{record.input} is rotational"
             raise InputError(record.where, found, "unit labels in the file, or SI units throughout")
@@ -291,7 +292,7 @@ def _check_quantity(record: FrfRecord, unit: FrfUnit, options: FrfFileOptions) -
     """Raise an InputError where file or option name another quantity than the unit."""
     for says, quantity in (
         ("the file's type codes say", record.quantity),
-        ("the key quantity says", options.quantity),
+        (f"{key('quantity')} says", options.quantity),
     ):
         if quantity is not None and quantity != unit.quantity:
             raise InputError(
@@ -305,10 +306,10 @@ def _check_quantity(record: FrfRecord, unit: FrfUnit, options: FrfFileOptions) -
 def _disagreement(where: str, stated: FrfUnit, asked: FrfUnit) -> InputError:
     """File and key unit mean different things."""
     found = (
-        f"the file says {stated.quantity} with factor {stated.factor:g} to SI, the key unit says"
+        f"the file says {stated.quantity} with factor {stated.factor:g} to SI, {key('unit')} says"
         f" {asked.quantity} with {asked.factor:g}"
     )
-    return InputError(where, found, "no disagreement", "remove the key unit or correct it")
+    return InputError(where, found, "no disagreement", f"remove {key('unit')} or correct it")
 
 
 def _same(a: FrfUnit, b: FrfUnit) -> bool:
@@ -377,9 +378,9 @@ def _checked_coherence(record: FrfRecord) -> Array:
     return np.clip(coherence, 0.0, 1.0)
 
 
-def _agreed(key: str, stated: _Number | None, asked: _Number | None, source: str) -> _Number | None:
+def _agreed(name: str, stated: _Number | None, asked: _Number | None, source: str) -> _Number | None:
     """The value that file and option agree on, or that either gives alone."""
     if stated is not None and asked is not None and not isclose(stated, asked, rel_tol=1e-6):
-        found = f"the file says {key} = {stated:g}, the key {key} says {asked:g}"
-        raise InputError(source, found, "no disagreement", f"remove the key {key} or correct it")
+        found = f"the file says {name} = {stated:g}, {key(name)} says {asked:g}"
+        raise InputError(source, found, "no disagreement", f"remove {key(name)} or correct it")
     return asked if stated is None else stated

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from identify.core.asked import key
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
 from identify.core.plugin import blamed
@@ -128,7 +129,7 @@ def _open(path: Path, name: str | None, registry: Registry) -> tuple[Any, str]:
             str(path),
             f"suffix {path.suffix!r}",
             "one of " + ", ".join(FORMAT_OF_SUFFIX),
-            "add the key format, such as format: uff",
+            f"add {key('format', 'uff')}",
         )
     reader = registry.get(name, where=f"{path}, key format")
     return reader, sha256_of(path, "a measured file")

@@ -25,6 +25,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
+from identify.core.asked import key
 from identify.core.errors import InputError
 from identify.core.text import count
 from identify.measured.frf_set import FrfSet
@@ -134,7 +135,7 @@ def _of_coherence(frf_set: FrfSet) -> _Pooled:
         )
     if averages is None or averages < 2:
         raise InputError(
-            where, f"averages: {averages}", "the number of averages, at least 2", "add the key averages"
+            where, f"averages: {averages}", "the number of averages, at least 2", f"add {key('averages')}"
         )
     lacking = np.argwhere(frf_set.measured & np.isnan(coherence).any(axis=0))
     if len(lacking):

@@ -8,12 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Array, Mask
+from identify.core.coded import Coded
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.finding import listing
 from identify.measured.frf_set import FrfSet
 from identify.measured.scatter import scatter
 
+LEFT_OUT = "left out"
+"""Code of a note on channels that are left out."""
 _ROUGH = 0.1
 """Mean square of the steps from line to line, over that of the FRF, below which it is not all noise, whose is
 2, or with an exponential window at least 0.4."""
@@ -64,7 +67,7 @@ def without(
     named = " and ".join(f"{kind} {listing(some)}" for kind, some in several if some)
     if not kept or not forces:
         raise InputError(frf_set.source, f"{named}, which are all, {reason}", "channels that were connected")
-    note = f"{named} {reason}, and left out"
+    note = Coded(f"{named} {reason}, and left out", LEFT_OUT)
     return replace(frf_set.pairs(kept, forces), notes=(*frf_set.notes, note))
 
 

@@ -21,9 +21,10 @@ from identify.modal.cmif import cmif
 from identify.modal.layout import Layout, arrange
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
+from identify.modal.reasons import Why
 from identify.modal.reciprocity import ReciprocityCheck, reciprocity
 from identify.modal.scaling import Scaling, scale
-from identify.modal.selection import DROPPED, Candidate, is_near
+from identify.modal.selection import Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
 from identify.modal.verified import Verified, in_band
@@ -93,7 +94,7 @@ def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnal
 def check_by_hand(found: Verified, settings: ModalSettings) -> None:
     """InputError for a frequency given by hand where no cluster of poles is."""
     kept = [mode for mode in found.modes if mode.by_hand]
-    dropped = [mode for mode in found.rejected if mode.reason == DROPPED]
+    dropped = [mode for mode in found.rejected if mode.why is Why.DROPPED]
     for key, frequencies, candidates in (
         ("keep_hz", settings.keep_hz, kept),
         ("drop_hz", settings.drop_hz, dropped),

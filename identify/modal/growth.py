@@ -9,16 +9,17 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Complex, Mask
+from identify.core.coded import Coded
 from identify.modal.addition import Addition, missing
 from identify.modal.layout import Layout
 from identify.modal.lines import spacing
 from identify.modal.mac import mpc
+from identify.modal.reasons import Why, because
 from identify.modal.refine import QUICK, fit, minimise, squared
-from identify.modal.selection import DROPPED, IDLE_SHARE, Candidate, idle_reason
+from identify.modal.selection import IDLE_SHARE, Candidate
 from identify.modal.state import REACH, State, dropped, narrow, pruned, refined
 from identify.modal.weights import excess, leftover
 
-_SLIM, _BARRED = "narrower than a line", "a resonance that was dropped by hand, or narrower than a line"
 _PATTERN, _REAL, _DOUBTS = 2, 0.8, 2
 """How many added modes with next to no response, or with shapes of less MPC, say that what is left has a
 pattern of its own: in errors of a measurement every response has its own phase. So many rounds in a row that
@@ -48,7 +49,7 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
     state = begun
     if not _may_grow(begun):
         return begun
-    barred = np.array([c.pole for c in others if c.reason == DROPPED], dtype=complex)
+    barred = np.array([c.pole for c in others if c.why is Why.DROPPED], dtype=complex)
     left, widest, doubts = [excess(state.fit)], np.inf, 0
     while doubts < _DOUBTS and len(state.modes) < 2 * len(begun.modes) + _SPARE and not _is_hopeless(left):
         more = missing(state.fit, barred, _AT_ONCE, widest)
@@ -67,7 +68,7 @@ def grown(begun: State, layout: Layout, others: list[Candidate]) -> State:
         return begun
     share = leftover(state.fit)[1]
     idle = np.flatnonzero(_added(state, begun, layout) & _is_idle(state))
-    return dropped(state, {int(r): idle_reason(share[r]) for r in idle})
+    return dropped(state, {int(r): because(Why.IDLE, share[r]) for r in idle})
 
 
 def _is_better(grown: State, state: State) -> bool:
@@ -106,7 +107,7 @@ def _round(
     slow = grown.fit.poles[slim].imag
     apart = spacing(2 * np.pi * layout.frequency_hz, slow)
     places = np.asarray(slow * 1j - apart / 2, dtype=np.complex128)
-    return dropped(grown, dict.fromkeys(map(int, slim), _SLIM)), places
+    return dropped(grown, dict.fromkeys(map(int, slim), because(Why.SLIM))), places
 
 
 def _has_pattern(state: State, begun: State, layout: Layout) -> bool:
@@ -135,12 +136,12 @@ def _is_idle(state: State) -> Mask:
     return np.asarray(alone & blank & (share < IDLE_SHARE))
 
 
-def _entered(before: State, after: State, barred: Complex) -> dict[int, str]:
+def _entered(before: State, after: State, barred: Complex) -> dict[int, Coded]:
     """New poles that moved to where none may be, and why they go."""
     old = {id(mode) for mode in before.modes}
     apart = np.abs(after.fit.poles[:, None] - barred) / -(after.fit.poles.real[:, None] + barred.real)
     near = np.flatnonzero(np.min(apart, axis=1, initial=np.inf) < 1)
-    return {int(r): _BARRED for r in near if id(after.modes[r]) not in old}
+    return {int(r): because(Why.BARRED) for r in near if id(after.modes[r]) not in old}
 
 
 def _with(state: State, more: Addition, layout: Layout, others: list[Candidate]) -> State:
@@ -161,6 +162,6 @@ def _candidate(pole: complex, row: Complex, layout: Layout, others: list[Candida
     near = [c for c in others if c.is_rare and abs(c.pole - pole) <= -pole.real]
     nearest = min(near, key=lambda c: abs(c.pole - pole), default=None)
     if nearest is not None:
-        return replace(nearest, reason="")
+        return replace(nearest, reason=None)
     blank = np.zeros(len(layout.responses), dtype=complex)
     return Candidate(pole, row, blank, 0.0, 0.0, 0.0, 1.0, 0.0)

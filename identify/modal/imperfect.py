@@ -10,11 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.core.coded import Coded
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel, contributions, lsfd
 from identify.modal.mac import mpc, mpd
+from identify.modal.reasons import RESIDUAL, Why, because
 from identify.modal.refine_imperfect import Refined, refine
-from identify.modal.selection import Candidate, arrays, idle_reason, least_share, without_idle
+from identify.modal.selection import Candidate, arrays, least_share, without_idle
 from identify.modal.settings import ModalSettings
 from identify.modal.verified import BEYOND, Verified, rows, stays, unrefined
 
@@ -63,20 +65,17 @@ def _is_outside(mode: Candidate, pole: complex, layout: Layout, settings: ModalS
 
 def _wandered(
     modes: list[Candidate], refined: Refined, layout: Layout, outside: list[bool]
-) -> dict[int, str]:
+) -> dict[int, Coded]:
     """Modes that did not stay and are no resonance beyond the band either."""
     faults = {}
     for mode, pole, is_outside in zip(modes, refined.poles, outside, strict=True):
         if not is_outside and not stays(mode, pole, layout):
             frequency, damping = abs(pole) / (2 * np.pi), -pole.real / abs(pole)
-            faults[id(mode)] = (
-                f"not a resonance of its own: refinement moves it to {frequency:.4g} Hz, damping"
-                f" {damping:.2%}"
-            )
+            faults[id(mode)] = because(Why.MOVED, frequency, damping)
     return faults
 
 
-def _least_first(modes: list[Candidate], faults: dict[int, str]) -> dict[int, str]:
+def _least_first(modes: list[Candidate], faults: dict[int, Coded]) -> dict[int, Coded]:
     """Of close faulty modes only the one that contributes least: it may be what spoils the other."""
     chosen: list[Candidate] = []
     for mode in sorted((mode for mode in modes if id(mode) in faults), key=lambda mode: mode.contribution):
@@ -94,7 +93,7 @@ def _failed(
     layout: Layout,
     settings: ModalSettings,
     outside: list[bool],
-) -> dict[int, str]:
+) -> dict[int, Coded]:
     """Modes whose contribution or, in the band, refined shape fails the criteria."""
     share = contributions(layout, model.poles, model.participation, settings.residuals)
     collinear, deviation = mpc(model.shapes), np.degrees(mpd(model.shapes))
@@ -103,9 +102,9 @@ def _failed(
         if mode.by_hand:
             continue
         if share[r] < least_share(settings):
-            faults[id(mode)] = idle_reason(share[r]) + " after refinement"
+            faults[id(mode)] = because(Why.IDLE, share[r], more=" after refinement")
         elif not outside[r] and (collinear[r] < settings.min_mpc or deviation[r] > settings.max_mpd_deg):
-            faults[id(mode)] = f"refined shape is complex: MPC {collinear[r]:.2f}, MPD {deviation[r]:.0f} deg"
+            faults[id(mode)] = because(Why.COMPLEX_REFINED, collinear[r], deviation[r])
     return faults
 
 
@@ -118,11 +117,7 @@ def _split(
     outer = np.array([r for r in order if outside[r]], dtype=int)
     for r in outer:
         frequency = abs(model.poles[r]) / (2 * np.pi)
-        gone.append(
-            replace(
-                modes[r], reason=f"a resonance beyond the band, at {frequency:.4g} Hz; kept as a residual"
-            )
-        )
+        gone.append(replace(modes[r], reason=because(Why.BEYOND, frequency, more=RESIDUAL)))
     inside = rows(model, inner, model.residuals)
     modes, by_noise = [modes[r] for r in inner], np.zeros(len(inner), dtype=bool)
     return Verified(modes, inside, rows(model, outer, {}), refined.covariance[inner], gone, by_noise)

@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Complex
+from identify.core.coded import Coded
 from identify.core.errors import InputError
 from identify.modal.layout import Layout
 from identify.modal.lsfd import contributions
+from identify.modal.reasons import Why, because
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
 
@@ -20,10 +22,6 @@ MANUAL_REACH = 0.02
 """How far (relative) a cluster may be from a frequency that was asked for."""
 
 
-DROPPED = "dropped by hand"
-IDLE = "explains only"
-"""How the reason begins of what is below the threshold on what a mode must explain."""
-_RARE, _DUPLICATE = "appears in", "duplicate of"
 _LATE, _STEADY, _SHARP = 0.3, 0.95, 0.1
 """A pole that only high orders can tell appears in this part of all orders, in this part of those from its
 first on, and scatters over them by less than this part of its half-bandwidth."""
@@ -50,7 +48,7 @@ class Candidate:
     mpd: float
     steadiness: float = 1.0
     contribution: float = np.nan
-    reason: str = ""
+    reason: Coded | None = None
     by_hand: bool = False
 
     @property
@@ -71,7 +69,12 @@ class Candidate:
     @property
     def is_rare(self) -> bool:
         """Whether it was turned down because too few orders found it, or twice, and for nothing else."""
-        return self.reason.startswith((_RARE, _DUPLICATE))
+        return self.why in (Why.RARE, Why.DUPLICATE)
+
+    @property
+    def why(self) -> Why | None:
+        """The code of the reason why it is not a mode."""
+        return None if self.reason is None else Why(self.reason.code)
 
 
 def candidates(diagram: Diagram, least_presence: float) -> list[Candidate]:
@@ -124,8 +127,10 @@ def select(
     dropped = [_nearest(found, frequency) for frequency in settings.drop_hz]
     for candidate in found:
         by_hand = any(candidate is other for other in kept)
-        reason = "" if by_hand else _dropped(candidate, dropped) or _fault(candidate, settings, late)
-        reason = reason or ("" if by_hand else _duplicate(candidate, accepted, settings))
+        reason = None
+        if not by_hand:
+            reason = _dropped(candidate, dropped) or _fault(candidate, settings, late)
+            reason = reason or _duplicate(candidate, accepted, settings)
         (rejected if reason else accepted).append(replace(candidate, reason=reason, by_hand=by_hand))
     return sorted(accepted, key=lambda c: c.frequency_hz), rejected
 
@@ -143,46 +148,38 @@ def is_near(candidate: Candidate, frequency_hz: float) -> bool:
     return abs(candidate.frequency_hz - frequency_hz) <= MANUAL_REACH * frequency_hz
 
 
-def _dropped(candidate: Candidate, meant: list[Candidate | None]) -> str:
+def _dropped(candidate: Candidate, meant: list[Candidate | None]) -> Coded | None:
     """Why a cluster is out: it, or one within its half-power bandwidth, was dropped by hand."""
     near = [abs(candidate.pole - c.pole) <= 2 * c.half_bandwidth for c in meant if c is not None]
-    return DROPPED if any(near) else ""
+    return because(Why.DROPPED) if any(near) else None
 
 
-def _fault(candidate: Candidate, settings: ModalSettings, late: bool) -> str:
-    """The first criterion that a candidate fails, as a sentence, or nothing."""
+def _fault(candidate: Candidate, settings: ModalSettings, late: bool) -> Coded | None:
+    """The first criterion that a candidate fails."""
     spread = candidate.frequency_std_hz / candidate.frequency_hz
     damping_spread = candidate.damping_std / candidate.damping_ratio
     rare = candidate.presence < settings.min_presence
     apart = 2 * np.pi * candidate.frequency_std_hz / candidate.half_bandwidth
     late = late and candidate.presence >= _LATE and candidate.steadiness >= _STEADY and apart < _SHARP
+    ratio, mpd = candidate.damping_ratio, float(np.degrees(candidate.mpd))
     checks = (
-        (rare and not late, f"{_RARE} {candidate.presence:.0%} of the orders"),
-        (spread > settings.max_frequency_spread, f"frequency scatters by {spread:.2%} over orders"),
-        (
-            damping_spread > settings.max_damping_spread,
-            f"damping scatters by {damping_spread:.0%} over orders",
-        ),
-        (
-            candidate.damping_ratio > settings.max_damping_ratio,
-            f"damping ratio {candidate.damping_ratio:.1%} is not structural",
-        ),
-        (candidate.mpc < settings.min_mpc, f"shape is complex: MPC {candidate.mpc:.2f}"),
-        (
-            np.degrees(candidate.mpd) > settings.max_mpd_deg,
-            f"shape is complex: MPD {np.degrees(candidate.mpd):.0f} deg",
-        ),
+        (rare and not late, Why.RARE, candidate.presence),
+        (spread > settings.max_frequency_spread, Why.FREQUENCY_SCATTERS, spread),
+        (damping_spread > settings.max_damping_spread, Why.DAMPING_SCATTERS, damping_spread),
+        (ratio > settings.max_damping_ratio, Why.DAMPED, ratio),
+        (candidate.mpc < settings.min_mpc, Why.COMPLEX, candidate.mpc),
+        (mpd > settings.max_mpd_deg, Why.COMPLEX_DEVIATION, mpd),
     )
-    return next((sentence for failed, sentence in checks if failed), "")
+    return next((because(why, value) for failed, why, value in checks if failed), None)
 
 
-def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalSettings) -> str:
+def _duplicate(candidate: Candidate, accepted: list[Candidate], settings: ModalSettings) -> Coded | None:
     for other in accepted:
         near = abs(candidate.pole - other.pole) < 1.5 * max(candidate.half_bandwidth, other.half_bandwidth)
         mac = abs(np.vdot(candidate.shape, other.shape)) ** 2
         if near and mac > settings.duplicate_mac:
-            return f"{_DUPLICATE} {other.frequency_hz:.4g} Hz (MAC {mac:.2f})"
-    return ""
+            return because(Why.DUPLICATE, other.frequency_hz, float(mac))
+    return None
 
 
 def without_idle(
@@ -203,18 +200,13 @@ def without_idle(
         if least.by_hand or least.contribution >= share:
             break
         kept.remove(least)
-        gone.append(replace(least, reason=idle_reason(least.contribution)))
+        gone.append(replace(least, reason=because(Why.IDLE, least.contribution)))
     return kept, gone
 
 
 def least_share(settings: ModalSettings) -> float:
     """Least part of the energy around a mode that only it explains, where noise is no measure of that."""
     return IDLE_SHARE if settings.min_contribution is None else settings.min_contribution
-
-
-def idle_reason(contribution: float) -> str:
-    """The sentence for a mode that the data do not need."""
-    return f"{IDLE} {contribution:.1%} of the response around it"
 
 
 def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[Candidate], list[Candidate]]:
@@ -240,9 +232,8 @@ def _chosen(found: list[Candidate], modes_hz: tuple[float, ...]) -> tuple[list[C
                 key=lambda c: (round(abs(c.frequency_hz / frequency - 1) / MANUAL_REACH * 20), -c.presence),
             )
         )
-    rest = [
-        replace(c, reason="not chosen in modes_hz") for c in found if all(c is not other for other in chosen)
-    ]
+    reason = because(Why.NOT_CHOSEN)
+    rest = [replace(c, reason=reason) for c in found if all(c is not other for other in chosen)]
     return sorted(chosen, key=lambda c: c.frequency_hz), rest
 
 

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Complex, Mask
+from identify.core.coded import Coded
 from identify.modal.layout import Layout
 from identify.modal.lines import spacing
+from identify.modal.reasons import Why, because
 from identify.modal.refine import Fit, fit, minimise, without
-from identify.modal.selection import IDLE, Candidate
+from identify.modal.selection import Candidate
 from identify.modal.weights import required, reweighted
 
 _BACKGROUND = 0.7
@@ -52,7 +54,7 @@ def pruned(state: State, layout: Layout) -> State:
     """Without poles that left and, one by one, the one that explains least of what it must."""
     found, modes, gone = state.fit, list(state.modes), list(state.gone)
     for r in np.flatnonzero(_left(found.poles, layout))[::-1]:
-        gone.append(replace(modes.pop(r), reason=f"not a resonance: it went to {_said(found.poles[r])}"))
+        gone.append(replace(modes.pop(r), reason=_left_for(found.poles[r])))
         found = without(found, int(r))
     needed = np.where([mode.by_hand for mode in modes], 0.0, required(found))
     while len(found.poles):
@@ -60,17 +62,13 @@ def pruned(state: State, layout: Layout) -> State:
         least = int(np.argmin(over))
         if over[least] >= 1:
             break
-        gone.append(replace(modes.pop(least), reason=chance(over[least])))
+        gone.append(replace(modes.pop(least), reason=because(Why.IDLE_BY_NOISE, over[least])))
         found, needed = without(found, least), np.delete(needed, least)
     return replace(state, fit=found, modes=modes, gone=gone)
 
 
-def chance(over: float) -> str:
-    return f"{IDLE} {over:.0%} of what a mode must explain beyond noise"
-
-
-def _said(pole: complex) -> str:
-    return f"{abs(pole) / (2 * np.pi):.4g} Hz with {-pole.real / abs(pole):.1%} damping"
+def _left_for(pole: complex) -> Coded:
+    return because(Why.LEFT, abs(pole) / (2 * np.pi), -pole.real / abs(pole))
 
 
 def _left(poles: Complex, layout: Layout) -> Mask:
@@ -81,7 +79,7 @@ def _left(poles: Complex, layout: Layout) -> Mask:
     return np.asarray(far | (-poles.real > _BACKGROUND * np.abs(poles)) | (poles.imag <= 0))
 
 
-def dropped(state: State, reasons: dict[int, str]) -> State:
+def dropped(state: State, reasons: dict[int, Coded]) -> State:
     found, modes, gone = state.fit, list(state.modes), list(state.gone)
     for r in sorted(reasons, reverse=True):
         gone.append(replace(modes.pop(r), reason=reasons[r]))

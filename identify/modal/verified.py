@@ -9,6 +9,7 @@ import numpy as np
 from identify.core.arrays import Complex, Mask
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel, lsfd
+from identify.modal.reasons import RESIDUAL, Why, because
 from identify.modal.selection import Candidate, arrays, without_idle
 from identify.modal.settings import ModalSettings
 
@@ -78,10 +79,10 @@ def in_band(found: Verified, layout: Layout, settings: ModalSettings) -> Verifie
     own, other = np.flatnonzero(kept), np.flatnonzero(~kept)
     if not len(other):
         return found
-    reason = "a resonance beyond the band, at {:.4g} Hz; kept as a residual"
+    reasons = [because(Why.BEYOND, hz[r], more=RESIDUAL) for r in other]
     beyond = [
-        replace(found.modes[r], pole=complex(found.model.poles[r]), reason=reason.format(hz[r]))
-        for r in other
+        replace(found.modes[r], pole=complex(found.model.poles[r]), reason=reason)
+        for r, reason in zip(other, reasons, strict=True)
     ]
     gone = rows(found.model, other, {})
     outside = ModalModel(

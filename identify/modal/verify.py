@@ -7,15 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.coded import Coded
 from identify.modal.growth import grown
 from identify.modal.imperfect import imperfect
 from identify.modal.layout import Layout
 from identify.modal.lsfd import MORE_RESIDUALS, ModalModel, lsfd
 from identify.modal.mac import mpc, mpd
+from identify.modal.reasons import RESIDUAL, Why, because
 from identify.modal.refine import FULL, QUICK, Equations, Fit, fit, minimise, without
-from identify.modal.selection import Candidate, idle_reason
+from identify.modal.selection import Candidate
 from identify.modal.settings import ModalSettings
-from identify.modal.state import REACH, State, chance, dropped, narrow, pruned, refined, weighted
+from identify.modal.state import REACH, State, dropped, narrow, pruned, refined, weighted
 from identify.modal.uncertainty import covariance
 from identify.modal.verified import Verified, pole_arrays, rows, stays
 from identify.modal.weights import leftover, over_noise, required
@@ -105,7 +107,8 @@ def _merged(state: State) -> State:
             kept.add(id(state.modes[r]))
             continue
         modes = list(state.modes)
-        gone = replace(modes.pop(r), reason=chance(over) + ", once its neighbours may move")
+        reason = because(Why.IDLE_BY_NOISE, over, more=", once its neighbours may move")
+        gone = replace(modes.pop(r), reason=reason)
         state = replace(state, fit=fewer, modes=modes, gone=[*state.gone, gone])
 
 
@@ -148,7 +151,7 @@ def _contributing(state: State, layout: Layout, least: float) -> State:
         r = int(np.argmin(share))
         if share[r] >= least:
             break
-        state = dropped(state, {r: idle_reason(share[r])})
+        state = dropped(state, {r: because(Why.IDLE, share[r])})
     return pruned(refined(state, *QUICK), layout)
 
 
@@ -158,10 +161,11 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     equations = found.equations
     weight = np.outer(equations.line, equations.reference)
     model = lsfd(layout, found.poles, found.participation, equations.kinds, weight)
-    faults = (
-        [""] * len(found.poles) if settings.modes_hz is not None else _faults(state, model, layout, settings)
-    )
-    faults = ["" if mode.by_hand else fault for mode, fault in zip(state.modes, faults, strict=True)]
+    every = settings.modes_hz is not None  # all were chosen
+    faults = [
+        None if every or mode.by_hand else fault
+        for mode, fault in zip(state.modes, _faults(state, model, layout, settings), strict=True)
+    ]
     order = np.argsort(np.abs(model.poles), kind="stable")
     inner = np.array([r for r in order if not faults[r]], dtype=int)
     outer = np.array([r for r in order if faults[r]], dtype=int)
@@ -174,13 +178,13 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
     return Verified(modes, inside, rows(model, outer, {}), covariance(found)[inner], gone, by_noise)
 
 
-def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[str]:
+def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[Coded | None]:
     """Why a fitted pole is no mode of the band, or nothing."""
     collinear, deviation = mpc(model.shapes), np.degrees(mpd(model.shapes))
     left, _ = leftover(state.fit)
     half, size = -model.poles.real, np.abs(model.poles)
     low, high = layout.frequency_hz[0], layout.frequency_hz[-1]
-    faults = []
+    faults: list[Coded | None] = []
     for r in range(len(model)):
         frequency, damping = size[r] / (2 * np.pi), half[r] / size[r]
         # Modes that overlap share their shapes, and these turn complex with any coupling by damping.
@@ -188,16 +192,15 @@ def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSett
         alone = bool(np.sum(~apart) == 1 or left[r] > _NOT_NOISE)
         complex_shape = collinear[r] < settings.min_mpc or deviation[r] > settings.max_mpd_deg
         if frequency * (1 + damping) < low or frequency * (1 - damping) > high:
-            faults.append(f"a resonance beyond the band, at {frequency:.4g} Hz; kept as a residual")
+            faults.append(because(Why.BEYOND, frequency, more=RESIDUAL))
         elif state.modes[r].presence < settings.min_presence and (
             frequency * (1 - damping) < low or frequency * (1 + damping) > high
         ):
-            faults.append(f"only a flank of it, of {frequency:.4g} Hz, is in the band; kept as a residual")
+            faults.append(because(Why.FLANK, frequency, more=RESIDUAL))
         elif damping > settings.max_damping_ratio:
-            faults.append(f"damping ratio {damping:.1%} is not structural; kept as a residual")
+            faults.append(because(Why.DAMPED, damping, more=RESIDUAL))
         elif alone and complex_shape:
-            shape = f"MPC {collinear[r]:.2f}, MPD {deviation[r]:.0f} deg"
-            faults.append(f"refined shape is complex: {shape}; kept as a residual")
+            faults.append(because(Why.COMPLEX_REFINED, collinear[r], deviation[r], more=RESIDUAL))
         else:
-            faults.append("")
+            faults.append(None)
     return faults

@@ -16,7 +16,8 @@ from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac
-from identify.modal.selection import DROPPED, IDLE, Candidate
+from identify.modal.reasons import Why, in_short
+from identify.modal.selection import Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
 from identify.modal.setups.run import analyse_setups
 from identify.modal.stabilisation import Diagram
@@ -35,25 +36,6 @@ from identify.results.modes import (
     StabilisationDiagram,
 )
 
-_WHY = (
-    ("appears in", "in too few orders"),
-    ("frequency scatters", "with a scattering frequency"),
-    ("damping scatters", "with scattering damping"),
-    ("damping ratio", "with too much damping"),
-    ("shape is complex", "with a complex shape"),
-    ("refined shape is complex", "with a complex shape"),
-    ("duplicate of", "as duplicate"),
-    ("explains", "that the FRFs do not need"),
-    ("not a resonance", "that wander off when refined"),
-    ("a resonance beyond", "beyond the band"),
-    ("a harmonic", "as harmonics of what turns"),
-    ("differs from block to block", "that differ from block to block"),
-    ("only a flank", "beyond the band"),
-    ("shown by", "that too few setups show"),
-    ("not chosen", "by hand"),
-    ("dropped by hand", "by hand"),
-)
-"""How reasons of rejection begin, and what they are in short."""
 _STRETCHES = 16
 """Of a band, each of which is judged."""
 
@@ -138,7 +120,9 @@ def rejected_poles(found: Sequence[Candidate]) -> RejectedPoles:
     """Candidates that are no modes, as a result keeps them."""
     rows = np.array([[c.frequency_hz, c.damping_ratio, c.presence, c.mpc, np.degrees(c.mpd)] for c in found])
     frequency, damping, presence, mpc, mpd = rows.reshape(-1, 5).T
-    return RejectedPoles(frequency, damping, presence, mpc, mpd, tuple(c.reason for c in found))
+    reasons = [c.reason for c in found if c.reason is not None]
+    texts, codes = tuple(map(str, reasons)), tuple(reason.code for reason in reasons)
+    return RejectedPoles(frequency, damping, presence, mpc, mpd, texts, codes)
 
 
 def drawn_diagram(
@@ -192,7 +176,7 @@ def _mark(one: Candidate) -> str | None:
     kept, dropped, idle = MARKS
     if one.by_hand:
         return kept
-    return dropped if one.reason == DROPPED else idle if one.reason.startswith(IDLE) else None
+    return {Why.DROPPED: dropped, Why.IDLE: idle, Why.IDLE_BY_NOISE: idle}.get(one.why) if one.why else None
 
 
 def _reciprocity(found: ModalAnalysis) -> Reciprocity:
@@ -299,17 +283,12 @@ def _where_poor(m: AnalysedMeasurement) -> str:
 
 def turned_down(m: AnalysedMeasurement) -> str:
     """How many candidates were rejected, and why, in a sentence."""
-    reasons = m.rejected.reason
-    if not reasons:
+    codes = m.rejected.why
+    if not codes:
         return "No candidate was rejected."
-    why = Counter(
-        next((short for start, short in _WHY if reason.startswith(start)), "for other reasons").replace(
-            "FRFs", m.frf.noun.several
-        )
-        for reason in reasons
-    )
+    why = Counter(in_short(code).replace("FRFs", m.frf.noun.several) for code in codes)
     parts = ", ".join(f"{count} {short}" for short, count in why.most_common())
-    return f"{len(reasons)} candidate{'s were' if len(reasons) > 1 else ' was'} rejected: {parts}."
+    return f"{len(codes)} candidate{'s were' if len(codes) > 1 else ' was'} rejected: {parts}."
 
 
 def _window(m: AnalysedMeasurement) -> str:

@@ -14,7 +14,7 @@ from identify.measured.modal_table import ModalTable
 from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.merged import merged_responses, unit_shapes
-from identify.modal.setups.analysis import shown_by
+from identify.modal.reasons import Why, because
 from identify.modal.setups.run import Setups, poles_agree
 from identify.modal.window import frequency_and_damping
 from identify.modes.doubt import doubts
@@ -92,11 +92,13 @@ def _rejected(kept: Sequence[AnalysedMeasurement], few: Sequence[tuple[float, in
             np.array([count / len(kept) for _, count in few]),
             none,
             none,
-            tuple(shown_by(count, len(kept)) for _, count in few),
+            tuple(str(because(Why.FEW_SETUPS, count, len(kept))) for _, count in few),
+            (Why.FEW_SETUPS,) * len(few),
         ),
     ]
     order = np.argsort(np.concatenate([part.frequency_hz for part in parts]), kind="stable")
     reasons = [f"{reason} ({m.name})" for m in kept for reason in m.rejected.reason] + list(parts[-1].reason)
+    codes = [code for part in parts for code in part.why]
 
     def all_of(field: str) -> Array:
         return np.concatenate([getattr(part, field) for part in parts])[order]
@@ -108,6 +110,7 @@ def _rejected(kept: Sequence[AnalysedMeasurement], few: Sequence[tuple[float, in
         mpc=all_of("mpc"),
         mpd_deg=all_of("mpd_deg"),
         reason=tuple(reasons[k] for k in order),
+        why=tuple(codes[k] for k in order),
     )
 
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.errors import InputError
-from identify.model.effects.springs import JointSprings
 from identify.model.system import build_site, list_parameters
 from identify.motion.numbers import JointNumber, number_table
 from identify.motion.problem import FASTEST, MotionProblem, fastest_mode, sections_of
+from identify.motion.study import Spring
 from identify.robot.engine_motion import MovingArm
 
 _COARSE = 1.0
@@ -41,7 +41,7 @@ def with_numbers(
 
 
 def with_effects(
-    problem: MotionProblem, more: Sequence[JointSprings], values: Mapping[str, float]
+    problem: MotionProblem, more: Sequence[Spring], values: Mapping[str, float]
 ) -> MotionProblem:
     """The same problem with further springs, and a step that resolves them; parameters named in `values`
     start there.

@@ -7,7 +7,7 @@ What the settings mean is turned into something that moves in `identify.motion.p
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import BeforeValidator, Field, model_validator
 
@@ -15,7 +15,8 @@ from identify.core.config import ConfigFile, Settings, read_settings
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
-from identify.model.effects.springs import JointSprings
+from identify.model.effects.base_compliance import BaseCompliance
+from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.laws.friction import Smoothing
 from identify.motion.bodies import Balancer, Bodies
 from identify.motion.command import Move
@@ -40,11 +41,13 @@ WEIGHTS = (
 )
 """Signals that a fit can compare; the last where a tracker saw the tool."""
 Deviation = Annotated[float, Field(gt=0)]
+Spring: TypeAlias = JointCompliance | BaseCompliance
+"""Effects that have motion: of coordinates that every arm has."""
 
 
-def _spring(data: Any) -> JointSprings:
+def _spring(data: Any) -> Spring:
     effect = parse_effect(data)
-    if not isinstance(effect, JointSprings):
+    if not isinstance(effect, JointCompliance | BaseCompliance):
         raise ValueError(
             f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
         )
@@ -119,7 +122,7 @@ class MotionCandidate(Settings):
     numbers: dict[str, Number] = Field(
         {}, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
     )
-    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+    effects: list[Annotated[Spring, BeforeValidator(_spring)]] = Field(
         [], description="springs that it brings: joint-compliance, base-compliance"
     )
     smoothing: Smoothing | None = Field(
@@ -156,7 +159,7 @@ class MotionStudy(Settings):
     schema_: Literal["identify-motion/1"] = Field(alias="schema", description="version of this format")
     name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that moves")
-    effects: list[Annotated[JointSprings, BeforeValidator(_spring)]] = Field(
+    effects: list[Annotated[Spring, BeforeValidator(_spring)]] = Field(
         [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
     )
     tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")

@@ -71,8 +71,12 @@ def _with_files(found: Result) -> list[str]:
 
 def _after_fit(found: Result, config: Path | None) -> list[str]:
     data = found.data
-    if config is not None and any("`identify discover " in sentence for sentence in data.verdict):
-        why = f"the gap of {data.gap:.3g} is well above 1" if data.gap > MISSING else "something is missing"
+    if (
+        config is not None
+        and data.gap > MISSING
+        and all(m.frf is not None for m in data.measurements.values())
+    ):
+        why = f"the gap of {data.gap:.3g} is well above 1"
         return [f"identify discover {config}   ({why}: finds what the model lacks)"]
     if data.converged and data.gap <= MISSING:
         return [

@@ -5,7 +5,7 @@ shows it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -43,9 +43,8 @@ class Columns(dict[str, list[Any]]):
     def __init__(self, table: Table) -> None:
         super().__init__()
         self.printed = table
-        for number, column in enumerate(table.columns):
-            cells = [row[number] for row in table.rows]
-            self[column.head] = [_value(cell) for cell in cells] if column.numeric else cells
+        for column in table.columns:
+            self[column.head] = [_value(c) for c in column.cells] if column.numeric else list(column.cells)
 
     def _repr_html_(self) -> str:
         return _html(self.printed)
@@ -90,7 +89,7 @@ class Result:
     def tables(self) -> Mapping[str, Columns]:
         """The tables of its report by title; a title that occurs again has a number behind it."""
         found: dict[str, Columns] = {}
-        for part in self._parts():
+        for part in self.report.shown(PRINT):
             if isinstance(part, Tabular):
                 found[_new(part.table.title, found)] = Columns(part.table)
         return found
@@ -135,11 +134,6 @@ class Result:
                     found[_new(section.title, found)] = part
         return found
 
-    def _parts(self) -> Iterator[Any]:
-        yield from visible(self.report.opening, PRINT)
-        for section in self.report.sections:
-            yield from visible(section.parts, PRINT)
-
     def __repr__(self) -> str:
         return "\n".join([f"<{self.data.KIND} of {self.name}, {self.path}>", *self.verdict, *self.notes])
 
@@ -147,8 +141,7 @@ class Result:
         """Verdict, notes, and the tables that a terminal has room for."""
         said = "".join(f"<p>{escape(text)}</p>" for text in self.verdict)
         warned = "".join(f"<p><em>Note:</em> {escape(text)}</p>" for text in self.notes)
-        sections = [self.report.opening, *(section.parts for section in self.report.sections)]
-        shown = [_part(part) for parts in sections for part in visible(parts, TERMINAL)]
+        shown = map(_part, self.report.shown(TERMINAL))
         return f"<h4>{escape(self.name)}</h4>{said}{warned}{''.join(shown)}"
 
 
@@ -159,7 +152,7 @@ def read_result(path: Path | str) -> Result:
 
 def _part(part: Any) -> str:
     if isinstance(part, Tabular):
-        return _html(part.table, part.terminal)
+        return _html(part.table.part(headings=part.terminal))
     if isinstance(part, Heading):
         return f"<h5>{escape(part.text)}</h5>"
     if isinstance(part, Bullets):
@@ -167,11 +160,10 @@ def _part(part: Any) -> str:
     return f"<p>{escape(part.text)}</p>" if isinstance(part, Text) else ""
 
 
-def _html(table: Table, headings: tuple[str, ...] = ()) -> str:
-    shown = [k for k, column in enumerate(table.columns) if not headings or column.heading in headings]
-    head = "".join(f"<th>{escape(table.columns[k].head)}</th>" for k in shown)
+def _html(table: Table) -> str:
+    head = "".join(f"<th>{escape(column.head)}</th>" for column in table.columns)
     rows = "".join(
-        "<tr>" + "".join(f"<td>{escape(row[k])}</td>" for k in shown) + "</tr>" for row in table.rows
+        "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
     )
     title = f"<caption>{escape(table.title)}</caption>"
     return f"<table>{title}<thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"

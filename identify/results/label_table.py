@@ -107,7 +107,7 @@ ARRAYS: dict[str, dict[str, str]] = {
         "frequency_hz references": "participation",
         "frequency_hz mode_again": "auto_mac",
     },
-    "RejectedPoles": {"frequency_hz": "frequency_hz damping_ratio presence mpc mpd_deg reason"},
+    "RejectedPoles": {"frequency_hz": "frequency_hz damping_ratio presence mpc mpd_deg reason why"},
     "StabilisationDiagram": {
         "pole": "order frequency_hz damping_ratio stable mark",
         "line_hz": "line_hz",

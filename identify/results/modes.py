@@ -48,8 +48,8 @@ class ModeTable:
 
 @dataclass(frozen=True)
 class RejectedPoles:
-    """Clusters of poles that are no modes (c), by frequency, and why; presence: part of the orders they
-    appear in.
+    """Clusters of poles that are no modes (c), by frequency, and why: sentence, and code, empty in results
+    that are older; presence: part of the orders they appear in.
     """
 
     frequency_hz: Array
@@ -58,6 +58,7 @@ class RejectedPoles:
     mpc: Array
     mpd_deg: Array
     reason: Texts
+    why: Texts = ()
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,11 @@ import numpy as np
 from identify.core.arrays import Array, Mask, cross
 from identify.robot.posture import AXES, Mechanism
 
+mujoco.set_mju_user_warning(lambda text: None)
+"""The engine would write its warnings into MUJOCO_LOG.TXT wherever the user is; a motion that runs away,
+of which it warns, is looked for (`engine_motion`).
+"""
+
 _TURN = 1e-4
 """Angle, rad, for the differences of mass matrices and motions: truncation 1e-9."""
 

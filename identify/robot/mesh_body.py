@@ -141,11 +141,8 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
     """Bodies of the moving links of which nothing, or no inertia, is known, and of a base that shares in the
     mass; InputError where meshes or the mass are missing.
     """
-    found, names = shapes(robot), unknown(robot, wanted.everything)
-    missing = [name for name in names if name not in found]
-    if missing:
-        why = "; ".join(fault for _, fault in readable(robot).faults) or "the file names none"
-        raise InputError(robot.name, f"no mesh for {listed(missing)} ({why})", "a mesh for each link", _FIX)
+    names = unknown(robot, wanted.everything)
+    found = _found(robot, names)
     told = {link.name: link.mass for link in robot.links if link.mass > 0 and not wanted.everything}
     weightless = [name for name in names if name not in told]
     base = robot.links[0].name
@@ -155,15 +152,29 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
     rest = _rest(robot, wanted, told, found, sum(wanted.motors.values())) if weightless else 0.0
     bodies = []
     for name in names:
-        shape, link = found[name], robot.link(name)
         if name in told:
-            body = _halves(shape, told[name], told[name])
-            body = replace(body, centre=link.centre if np.any(link.centre) else body.centre)
+            body = _centred(_halves(found[name], told[name], told[name]), robot.link(name).centre)
         else:
-            body = _halves(shape, *(rest * part for part in _shares(shape, [found[n] for n in weightless])))
+            shares = _shares(found[name], [found[n] for n in weightless])
+            body = _halves(found[name], *(rest * part for part in shares))
             body = merge(body, motors[name]) if name in motors else body
         bodies.append(_possible(replace(body, name=name)))
     return bodies
+
+
+def _centred(body: Link, centre: Array) -> Link:
+    """With the centre that was told, where it was."""
+    return replace(body, centre=centre) if np.any(centre) else body
+
+
+def _found(robot: Robot, names: Sequence[str]) -> dict[str, Shape]:
+    """All shapes there are; InputError where one of these links has none."""
+    found = shapes(robot)
+    missing = [name for name in names if name not in found]
+    if missing:
+        why = "; ".join(fault for _, fault in readable(robot).faults) or "the file names none"
+        raise InputError(robot.name, f"no mesh for {listed(missing)} ({why})", "a mesh for each link", _FIX)
+    return found
 
 
 def _halves(shape: Shape, solid_kg: float, surface_kg: float) -> Link:

@@ -8,7 +8,7 @@ something is drawn.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree import ElementTree
@@ -16,6 +16,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from identify.core.errors import InputError
+from identify.core.text import listed
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, Surface, Visual, box, cylinder, joined, simplified, sphere
 from identify.robot.mesh_file import read_mesh
@@ -54,8 +55,18 @@ def looks(robot: Robot, most: int = MOST) -> Looks:
     found = readable(robot)
     each = most // max(len(found.meshes), 1)
     drawn = {link: simplified(mesh, each) for link, mesh in found.meshes.items()}
-    missing = (f"link {link} is drawn as a line, not as its body ({fault})" for link, fault in found.faults)
-    return Looks(drawn, tuple(missing))
+    return Looks(drawn, _missing(found.faults))
+
+
+def _missing(faults: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """One sentence on the links that are not drawn as they look, however many."""
+    if not faults:
+        return ()
+    link, fault = faults[0]
+    if len(faults) == 1:
+        return (f"link {link} is drawn as a line, not as its body ({fault})",)
+    names = listed([name for name, _ in faults])
+    return (f"{len(faults)} links are drawn as lines, not as their bodies: {names} ({link}: {fault})",)
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.coded import code_of
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
@@ -22,6 +23,7 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.quality import check
 from identify.measured.quality_hits import hit_findings
 from identify.measured.quality_robot import check_robot
+from identify.measured.silent import LEFT_OUT
 from identify.measured.source import read_history
 from identify.model.modes import complex_modes
 from identify.robot.description import Robot
@@ -145,7 +147,7 @@ def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding
     for measurement in problem.measurements:
         data, name = measurement.given.data, measurement.name
         for note in data.notes if isinstance(data, FrfSet) else ():
-            if "left out" in note and note not in known[name].notes:
+            if code_of(note) == LEFT_OUT and note not in known[name].notes:
                 yield Finding("warn", "left-out", (), f"{name}: {note}.")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, real_product
+from identify.core.coded import code_of
 from identify.core.parameters import Scale
 from identify.core.thresholds import MISSING, QUIET, SIGMAS_95
 from identify.fitting.fit import Fit
@@ -40,7 +41,7 @@ from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
 from identify.vibration.record_notes import record_notes
-from identify.vibration.uncertainty import covariance_root, gap, gap_elsewhere
+from identify.vibration.uncertainty import UNRELIABLE, covariance_root, gap, gap_elsewhere
 
 
 def evaluate(
@@ -148,7 +149,7 @@ def _verdict(
 
 def _unstated_note(problem: Problem, trusted: Uncertainty) -> list[str]:
     """A word on what was told, where the residual is far above noise and nothing was said to be uncertain."""
-    if problem.nuisances.entries or not any("relied" in note for note in trusted.notes):
+    if problem.nuisances.entries or UNRELIABLE not in map(code_of, trusted.notes):
         return []
     return [
         "masses, places of sensors, gains and directions of impacts were taken as exact: `uncertainty:"

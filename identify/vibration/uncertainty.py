@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.coded import Coded
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
 from identify.fitting.jackknife import scatter_of_blocks
@@ -17,7 +18,8 @@ from identify.fitting.uncertainty import Joint, Uncertainty, joint_uncertainty, 
 from identify.model.modes import complex_modes
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.information import information, information_by_force
-from identify.vibration.costs.target import FrfTarget, ModalTarget, Targets
+from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.target import FrfTarget, Targets
 from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem
 
@@ -29,6 +31,8 @@ ALIKE = 0.45
 """Correlation of neighbouring lines up to which a residual passes as unstructured (a window that decays to a
 third correlates them by 0.33).
 """
+UNRELIABLE = "unreliable"
+"""Code of a note that intervals cannot be relied on."""
 _LAGS, _POOL = 20, 45
 """Neighbouring lines whose correlation is counted; lines over which the level of noise on the force is
 averaged.
@@ -156,11 +160,12 @@ def _beyond_statement(shift: Array, spread: Array) -> list[str]:
     ratio = times_as_large(shift, spread)
     if ratio <= _LARGER:
         return []
-    return [
+    said = (
         f"errors of what was told are together {ratio:.1f} times as large as stated: the statement is too"
         " small or something is missing from the model, so values may be biased and the intervals cannot be"
         " relied on"
-    ]
+    )
+    return [Coded(said, UNRELIABLE)]
 
 
 def _disagreeing(plain: Uncertainty, own: Scale, wider: Array) -> list[str]:
@@ -400,8 +405,9 @@ def _structure(targets: Targets, values: Array) -> list[str]:
             f"the residual is {level:.2f} times the stated noise but without structure: the intervals are"
             " widened by it"
         ]
-    return [
+    said = (
         f"the residual is {level:.2f} times the noise and structured (neighbouring lines correlate by"
         f" {alike:.2f}): something is missing from the model or wrong in the data, so values may be biased;"
         " the intervals are widened but cannot be relied on"
-    ]
+    )
+    return [Coded(said, UNRELIABLE)]

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from identify.__main__ import main
 from identify.batch.index import BatchIndex
 from identify.batch.run import run_batch
-from identify.cli import app, main
+from identify.cli import app
 from identify.core.errors import InputError, InputErrors
 from identify.reports.batch import tables as batch_tables
 from identify.results import file as result_file

@@ -99,6 +99,16 @@ def test_what_real_matrices_cannot_say_is_said(result: Result, tmp_path: Path) -
         assert found["stiffness"].dtype == float and found["notes"].tolist() == list(notes)
 
 
+@pytest.mark.parametrize(("to", "kept"), [("npz", "arm.npz"), ("simscape", "arm.mat")])
+def test_a_file_that_exists_is_kept(result: Result, tmp_path: Path, to: str, kept: str) -> None:
+    """Also where it is not the first that a format writes."""
+    (tmp_path / kept).write_text("mine")
+    with pytest.raises(InputError, match="the file exists; expected a new file") as refused:
+        run_export(result("plain"), Wanted(to), tmp_path / ("arm.m" if to == "simscape" else "arm.npz"))
+    assert kept in refused.value.where
+    assert [path.name for path in tmp_path.iterdir()] == [kept] and (tmp_path / kept).read_text() == "mine"
+
+
 def test_a_file_for_each_posture(result: Result, tmp_path: Path) -> None:
     wanted = Wanted("npz", ["all", "0,30,-60,0,45,0"])
     written = run_export(result("plain"), wanted, tmp_path / "arm.npz").written

@@ -14,7 +14,9 @@ def test_the_command_says_what_it_wrote_and_what_it_could_not(result: Result, tm
     done = ran("export", source, "--to", "mat", "--out", "arm.mat", "--error", "0.2", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "note: hysteretic damping is made viscous" in done.stdout and "wrote arm.mat" in done.stdout
-    quiet = ran("export", source, "--to", "mat", "--out", "arm.mat", "--quiet", cwd=tmp_path)
+    again = ran("export", source, "--to", "mat", "--out", "arm.mat", cwd=tmp_path)
+    assert again.returncode == 2 and "arm.mat: the file exists" in again.stderr
+    quiet = ran("export", source, "--to", "mat", "--out", "other.mat", "--quiet", cwd=tmp_path)
     assert (quiet.returncode, quiet.stdout) == (0, "")
     refused = ran("export", source, "--to", "fmu", cwd=tmp_path)
     assert refused.returncode == 2 and "compiled for each system" in refused.stderr

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from identify.cli import main
+from identify.__main__ import main
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.shared import ROOT as SHARED

@@ -126,9 +126,12 @@ def test_errors_of_the_wide_layout(tmp_path: Path, old: str, new: str, found: st
         load(tmp_path, WIDE.replace(old, new), unit="m/N")
 
 
-@pytest.mark.parametrize("text", ["", "\n\n", "frequency_hz,output,input,real,imag\n"])
-def test_an_empty_file_is_refused(tmp_path: Path, text: str) -> None:
-    with pytest.raises(InputError, match="lines"):
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("", "no line"), ("\n\n", "no line"), ("frequency_hz,output,input,real,imag\n", "a header line alone")],
+)
+def test_an_empty_file_is_refused(tmp_path: Path, text: str, found: str) -> None:
+    with pytest.raises(InputError, match=f"{found}; expected a header line and at least one line of numbers"):
         load(tmp_path, text)
 
 

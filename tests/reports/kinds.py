@@ -125,7 +125,7 @@ CASES = (
     Case(
         "fit-of-modes",
         "fit",
-        lambda: [modal_result()],
+        lambda: [modal_result(profiles={})],
         (*_PARAMETERS, ("Starts", "Cost", "starts/cost", 1.0)),
         frfs=False,
     ),

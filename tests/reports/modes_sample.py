@@ -65,6 +65,7 @@ def _analysed(name: str, modes: int, shapes: np.ndarray, geometry: Geometry | No
             np.array([0.4, 0.99]),
             np.array([40.0, 2.0]),
             ("appears in 20 % of the orders", "duplicate of 33.3 Hz"),
+            ("rare", "duplicate"),
         ),
         diagram=_diagram(),
         reciprocity=Reciprocity(("1:+X",), ("2:-Y",), np.array([0.99]), np.array([1.02]), np.array([0.03])),

@@ -12,7 +12,17 @@ import pytest
 from identify.reports.compare.pick import Shared
 from identify.reports.discovery import sections
 from identify.reports.discovery import tables as discovery_tables
-from identify.reports.discovery.pick import AFTER, BEFORE, beside, gap_maps, part_bars, reach, waterfall
+from identify.reports.discovery.page_data import page_data
+from identify.reports.discovery.pick import (
+    AFTER,
+    BEFORE,
+    beside,
+    gap_maps,
+    part_bars,
+    reach,
+    standings,
+    waterfall,
+)
 from identify.reports.kit.cells import NONE
 from tests.reports.discovery_sample import BASE, ODD, TILT, discovery_result, null_result
 from tests.reports.kinds import document_of, page_of
@@ -80,7 +90,7 @@ def test_nothing_is_embedded_twice() -> None:
 
 def test_gap_maps_stand_beside_each_other_in_the_same_colours() -> None:
     result = discovery_result()
-    data = sections._map_data(result)
+    data = page_data(result)["maps"]
     for row, ((title, panels), drawn) in enumerate(zip(gap_maps(result), data["sets"], strict=True)):
         assert title == ("posture1, fitted", "posture2, validation only")[row]
         assert [label for label, _ in panels] == [BEFORE, AFTER]
@@ -90,6 +100,13 @@ def test_gap_maps_stand_beside_each_other_in_the_same_colours() -> None:
             np.testing.assert_array_equal(gap, kept.gap[row])
             np.testing.assert_array_equal(one["gap"], kept.gap[row].T)
     assert data["reach"] == reach(result) == pytest.approx(np.nanmax(result.map_before.gap))
+
+
+def test_how_a_candidate_stands_is_not_read_from_words() -> None:
+    step = discovery_result().steps["1"]
+    worded = dataclasses.replace(step.options, verdict=("so-so",) * len(step.options.verdict))
+    found = [standings(one) for one in (step, dataclasses.replace(step, options=worded))]
+    assert found[0] == found[1] == [0, 1, *[2] * (len(found[0]) - 2)]
 
 
 def test_bands_and_modes_stand_by_frequency_and_the_others_by_share() -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -12,10 +11,10 @@ from matplotlib.figure import Figure
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
-from identify.reports.fit import data
 from identify.reports.kit import figures
 from identify.reports.kit.document import Document
 from identify.reports.kit.export import contents
+from identify.reports.shared import data
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from tests.reports.sample import frf_result, modal_result
@@ -38,23 +37,6 @@ def test_exported_frfs_are_read_back_as_measurements(tmp_path: Path) -> None:
         assert again.frf[:, row, column] == pytest.approx(frf.measured[:, pair], rel=1e-8)
         assert again.coherence is not None and frf.coherence is not None
         assert again.coherence[:, row, column] == pytest.approx(frf.coherence[:, pair], rel=1e-8)
-
-
-def test_a_figure_without_data_of_its_own_is_read_back() -> None:
-    made, figure = Document(), Figure((2, 2))
-    axes = figure.subplots()
-    axes.plot([1.0, 2.0], [1 / 3, 5.0], label="measured")
-    axes.plot([0.0], [0.0])
-    axes.set(xlabel="Frequency (Hz)", ylabel="Magnitude (m)")
-    made.add("heading", "Some <plot>")
-    with figures.style():
-        made.figure(figure, "")
-    rows = list(csv.reader(dict(contents(made))["figure01_some_plot.csv"].decode().splitlines()))
-    assert rows[0] == ["Panel", "Curve", "Frequency (Hz)", "Magnitude (m)"]
-    assert [(row[1], float(row[2]), float(row[3])) for row in rows[1:]] == [
-        ("measured", 1.0, 1 / 3),
-        ("measured", 2.0, 5.0),
-    ]
 
 
 def test_alike_titles_do_not_overwrite_each_other() -> None:
@@ -83,7 +65,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
 
 
 def test_arrows_point_where_the_channels_look() -> None:
-    from identify.reports.fit.pick import ways
+    from identify.reports.shared.pick import ways
 
     g = frf_result(5, 3).measurements["posture1"].geometry
     found = list(ways(g, ["2:+X", "2:-Y", "3:+RZ", "9:+X", "2:+X"]).values())

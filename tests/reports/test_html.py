@@ -91,7 +91,7 @@ def test_what_stands_in_a_study_is_text(page: str) -> None:
     reader = Reader(page)
     assert reader.joined("pre").strip() == CONFIG.strip()
     assert 'alert("#config")' not in reader.joined("script")
-    assert sum(tag == "script" for tag, _ in reader.elements) == 8
+    assert sum(tag == "script" for tag, _ in reader.elements) == 9
     assert any("1 < 2 & more" in text for _, text in reader.texts)
     assert _data(page)["measurements"][0]["robot"]["name"][0] == "p<1>"
 

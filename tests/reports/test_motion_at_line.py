@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from identify.measured.frf_set import POWER
-from identify.reports.fit.pick import ways
+from identify.reports.shared.pick import ways
 from tests.reports.browser import Page, browser
 from tests.reports.kinds import page_of
 from tests.reports.modes_sample import modes_result

@@ -7,7 +7,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.reports.fit import pick
+from identify.reports.fit.figures import cost_lines
+from identify.reports.shared import pick
+from identify.reports.shared.parameters import between_bounds, half_interval
 from identify.results.fit import FrfComparison, MeasurementResult
 from tests.reports.sample import frf_result, modal_result
 
@@ -97,20 +99,20 @@ def test_few_modes_are_all_shown_and_many_up_to_the_band(measurement: Measuremen
 def test_between_bounds_on_the_scale_of_the_search() -> None:
     table = frf_result().parameters
     middle = np.where(table.log, np.sqrt(np.abs(table.lower * table.upper)), (table.lower + table.upper) / 2)
-    assert pick.between_bounds(table, middle) == pytest.approx(0.5)
-    assert pick.between_bounds(table, np.array([table.lower, table.upper])) == pytest.approx(
+    assert between_bounds(table, middle) == pytest.approx(0.5)
+    assert between_bounds(table, np.array([table.lower, table.upper])) == pytest.approx(
         np.array([[0] * 5, [1] * 5])
     )
 
 
 def test_half_interval() -> None:
-    half = pick.half_interval(frf_result().parameters)
+    half = half_interval(frf_result().parameters)
     assert half[0] == pytest.approx((1.8746e6 - 1.7954e6) / 2 / 1834540.53)
     assert np.isnan(half[3])
 
 
 def test_cost_lines_count_evaluations_through_the_stages() -> None:
-    lines = pick.cost_lines(frf_result().history)
+    lines = cost_lines(frf_result().history)
     assert [(start, stage) for start, stage, _, _ in lines] == [(0, 0), (0, 1), (1, 0), (1, 1)]
     assert lines[1][2][0] == lines[0][2][-1] + 1
 

@@ -11,8 +11,8 @@ import pytest
 
 from identify.reports.batch import tables as batch_tables
 from identify.reports.kit.cells import NONE, Table
-from identify.reports.kit.posture_pick import batch_postures
 from identify.reports.map import tables as map_tables
+from identify.reports.shared.posture_pick import batch_postures
 from identify.reports.write import write_reports
 from identify.results import file as result_file
 from identify.results.batch import BatchResult, DependenceTable, JobTable, ModesByPosture, ParametersByPosture

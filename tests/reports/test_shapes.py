@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
 
-from identify.reports.kit import robot_figure
-from identify.reports.kit.shapes import mode_views
+from identify.reports.shared import robot_figure
+from identify.reports.shared.shapes import mode_views
 from tests.reports.sample import frf_result, modal_result
 
 

@@ -7,9 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from identify.reports.fit import measurement_tables, tables
+from identify.reports.fit import tables
 from identify.reports.kit.cells import NONE, Table
 from identify.reports.kit.settings import provenance_table
+from identify.reports.shared import measurement_tables
+from identify.reports.shared.parameters import parameter_table
 from identify.results.fit import FitResult
 from tests.reports.sample import frf_result, modal_result
 
@@ -26,7 +28,7 @@ def _all(result: FitResult) -> list[Table]:
         measurement_tables.error_table,
     )
     measurements = list(result.measurements.values())
-    made = [tables.parameter_rows(result.parameters), *(make(result) for make in run)]
+    made = [parameter_table(result.parameters), *(make(result) for make in run)]
     made += [measurement_tables.mode_table(m) for m in measurements]
     made += [measurement_tables.frf_table(m.name, m.frf) for m in measurements if m.frf]
     return [table for table in made if table is not None]
@@ -40,7 +42,7 @@ def test_every_row_fits_its_columns(result: FitResult) -> None:
 
 
 def test_parameters() -> None:
-    rows = tables.parameter_rows(frf_result().parameters).rows
+    rows = parameter_table(frf_result().parameters).rows
     assert rows[0] == (
         "joint1.rz.stiffness",
         "1.835e6",
@@ -56,7 +58,7 @@ def test_parameters() -> None:
     assert rows[2][-1] == "weak"
     p = frf_result().parameters
     at_bound = dataclasses.replace(p, status=(*p.status[:2], "at its upper bound", *p.status[3:]))
-    assert tables.parameter_rows(at_bound).rows[2][-1] == "at its upper bound"
+    assert parameter_table(at_bound).rows[2][-1] == "at its upper bound"
     assert rows[3][3:6] == (NONE, NONE, NONE)
     assert rows[3][-1] == "fixed"
 

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from identify.reports.kinds import report_of
-from identify.reports.kit.report import TERMINAL, Tabular, visible
+from identify.reports.kit.report import TERMINAL, Tabular
 from identify.reports.kit.terminal import print_table
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.excite_sample import excite_result
@@ -21,13 +21,12 @@ from tests.reports.plan_sample import plan_result
 @pytest.mark.parametrize("width", [40, 80, 200])
 def test_no_number_of_a_table_is_cut_off(made: Callable[[], Any], width: int) -> None:
     report, tables = report_of(made()), 0
-    sections = [report.opening, *(section.parts for section in report.sections)]
-    for part in (one for parts in sections for one in visible(parts, TERMINAL)):
+    for part in report.shown(TERMINAL):
         if not isinstance(part, Tabular):
             continue
         tables += 1
         file = io.StringIO()
-        print_table(Console(file=file, width=width), part.table, part.terminal, part.rows)
+        print_table(Console(file=file, width=width), part.table.part(slice(part.rows), part.terminal))
         printed = [line.split() for line in file.getvalue().splitlines()]
         for row in part.table.rows[: part.rows]:
             for cell, column in zip(row, part.table.columns, strict=True):

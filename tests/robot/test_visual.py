@@ -167,6 +167,14 @@ def test_a_link_without_a_body_costs_a_sentence_only(body: str, said: str, tmp_p
     assert said in found.missing[0]
 
 
+def test_several_links_without_a_body_are_one_sentence(tmp_path: Path) -> None:
+    bodies = {f"link{n}": visual(f'<mesh filename="meshes/{n}.stl"/>') for n in (1, 2, 3)}
+    [said] = looks(arm(tmp_path, bodies)).missing
+    assert said.startswith(
+        "3 links are drawn as lines, not as their bodies: link1, link2 and link3 (link1: 1.stl"
+    )
+
+
 def moving(robot: Robot) -> System:
     """The arm at a posture, with springs in its joints."""
     effects = [JointCompliance(kind="joint-compliance", axes=["rz", "rx"])]

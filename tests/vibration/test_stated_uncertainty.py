@@ -20,7 +20,7 @@ from identify.measured.finding import STUDY
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.modes import complex_modes, frequency_and_damping_gradient
 from identify.model.nuisances.inertia import changed, moments
-from identify.reports.fit.uncertainty_tables import error_table, part_table
+from identify.reports.fit.tables import part_table, stated_table
 from identify.results.fit import FitResult
 from identify.robot.description import Link
 from identify.vibration.check import run_checks
@@ -319,7 +319,7 @@ def test_stated_uncertainty_explains_what_was_not_as_told(
     assert plain.gap > 3
     assert with_it.uncertainty is not None
     assert plain.uncertainty is None
-    rows = error_table(with_it.uncertainty).rows
+    rows = stated_table(with_it.uncertainty).rows
     assert len(rows) == len(with_it.uncertainty.shift)
     parts = with_it.uncertainty.parts
     assert np.all((parts.sum(axis=1) > 0) & (parts.sum(axis=1) < 1))

@@ -9,6 +9,7 @@ axis is written with its sign turned.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -49,27 +50,8 @@ def read_shapes(path: Path, *, rigid_too: bool = False) -> ModalTable:
     0 Hz, is left out, and `notes` says so; rigid_too: it is not.  InputError for a file without modes, for
     modes at different nodes, and for anything out of its columns, with the line.
     """
-    found = [
-        mode for block in blocks(path) if block.number in (55, 2414) and (mode := _mode(block)) is not None
-    ]
-    modes = [mode for mode in found if mode.frequency_hz > 0 or rigid_too]
-    rigid = len(found) - len(modes)
-    if found and not modes:
-        raise InputError(str(path), f"{count(rigid, 'mode')} at 0 Hz alone", "modes above 0 Hz")
-    if not modes:
-        raise InputError(str(path), "no mode shapes", "datasets 55 or 2414 with analysis type 2, 3 or 7")
-    modes.sort(key=lambda mode: mode.frequency_hz)
-    size = len(next(iter(modes[0].values.values())))
-    for mode in modes:
-        if mode.values.keys() != modes[0].values.keys() or any(
-            len(value) != size for value in mode.values.values()
-        ):
-            raise InputError(
-                mode.where,
-                "a shape at other nodes or with other directions than the first",
-                "the same for all modes",
-                _EXPORT,
-            )
+    modes, rigid = _modes(path, rigid_too)
+    size = _directions(modes)
     nodes = sorted(modes[0].values)
     shapes = np.array([[mode.values[node] for node in nodes] for mode in modes]).reshape(len(modes), -1)
     channels = [Channel(node, 0 if size == 1 else k + 1) for node in nodes for k in range(size)]
@@ -85,6 +67,30 @@ def read_shapes(path: Path, *, rigid_too: bool = False) -> ModalTable:
         if rigid
         else (),
     )
+
+
+def _modes(path: Path, rigid_too: bool) -> tuple[list[_Mode], int]:
+    """The modes of a file, by frequency, and how many of rigid motion were left out; InputError for none."""
+    read = [_mode(block) for block in blocks(path) if block.number in (55, 2414)]
+    found = [mode for mode in read if mode is not None]
+    modes = [mode for mode in found if mode.frequency_hz > 0 or rigid_too]
+    rigid = len(found) - len(modes)
+    if found and not modes:
+        raise InputError(str(path), f"{count(rigid, 'mode')} at 0 Hz alone", "modes above 0 Hz")
+    if not modes:
+        raise InputError(str(path), "no mode shapes", "datasets 55 or 2414 with analysis type 2, 3 or 7")
+    return sorted(modes, key=lambda mode: mode.frequency_hz), rigid
+
+
+def _directions(modes: Sequence[_Mode]) -> int:
+    """Values of a node; InputError for modes at different nodes, or of different directions."""
+    first = modes[0].values
+    size = len(next(iter(first.values())))
+    for mode in modes:
+        if mode.values.keys() != first.keys() or any(len(value) != size for value in mode.values.values()):
+            found = "a shape at other nodes or with other directions than the first"
+            raise InputError(mode.where, found, "the same for all modes", _EXPORT)
+    return size
 
 
 def _mode(block: Block) -> _Mode | None:

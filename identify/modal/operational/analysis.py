@@ -25,6 +25,7 @@ from identify.modal.operational.records import Records, records_of
 from identify.modal.operational.settings import OperationalSettings
 from identify.modal.operational.ssi import subspace
 from identify.modal.operational.tones import Tone, tones, without
+from identify.modal.reasons import Why, because
 from identify.modal.selection import Candidate, candidates, select
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram, clustered
@@ -189,9 +190,7 @@ def _set_aside(accepted: list[Candidate], found: tuple[Tone, ...]) -> tuple[list
         if tone is None or mode.by_hand:
             kept.append(mode)
         else:
-            gone.append(
-                replace(mode, reason=f"a harmonic: a tone at {tone.frequency_hz:.4g} Hz, no resonance")
-            )
+            gone.append(replace(mode, reason=because(Why.HARMONIC, tone.frequency_hz)))
     return kept, gone
 
 
@@ -204,7 +203,7 @@ def _determined(
     chosen = np.array([by_hand or mode.by_hand for mode in found.modes], dtype=bool)
     steady = chosen | (scatter.frequency_hz < _UNSTEADY * half)
     gone = [
-        replace(mode, reason=f"differs from block to block by {std:.2g} Hz")
+        replace(mode, reason=because(Why.BLOCKS, std))
         for mode, std, kept in zip(found.modes, scatter.frequency_hz, steady, strict=True)
         if not kept
     ]

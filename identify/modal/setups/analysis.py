@@ -98,11 +98,6 @@ def real(of: Callable[[Index], Merged], tables: Sequence[ModalTable], least: flo
     return replace(of(best.member[kept]), turned_down=_gone(best, ~kept))
 
 
-def shown_by(count: int, setups: int) -> str:
-    """Why a mode that too few setups show is none of all."""
-    return f"shown by {count} of {setups} setups"
-
-
 def _gone(state: Merged, rows: Mask) -> tuple[tuple[float, int], ...]:
     """Frequency, Hz, and number of setups of some modes."""
     own = state.own[rows]

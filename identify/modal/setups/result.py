@@ -16,10 +16,11 @@ from identify.modal.cmif import cmif
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
+from identify.modal.reasons import Why, because
 from identify.modal.reciprocity import reciprocity
 from identify.modal.scaling import scale
 from identify.modal.selection import Candidate
-from identify.modal.setups.analysis import Merged, shown_by
+from identify.modal.setups.analysis import Merged
 from identify.modal.setups.residues import Grid
 from identify.modal.stabilisation import Diagram
 from identify.modal.window import frequency_and_damping, seen_through
@@ -153,16 +154,16 @@ def _rejected(
 ) -> list[Candidate]:
     """What is no mode of all setups, and what each setup turned down."""
     own = [
-        replace(c, reason=f"{c.reason} ({n})") for n, a in zip(names, found, strict=True) for c in a.rejected
+        replace(c, reason=c.reason and c.reason.and_(f" ({name})"))
+        for name, one in zip(names, found, strict=True)
+        for c in one.rejected
     ]
     for r in map(int, np.flatnonzero(~inside)):
         hz = abs(merged.poles[r]) / (2 * np.pi)
-        own.append(
-            replace(_candidate(merged, r, found), reason=f"a resonance beyond the band, at {hz:.4g} Hz")
-        )
+        own.append(replace(_candidate(merged, r, found), reason=because(Why.BEYOND, hz)))
     some = next(mode for one in found for mode in one.modes)
     for hz, count in merged.turned_down:
-        reason = shown_by(count, len(names))
+        reason = because(Why.FEW_SETUPS, count, len(names))
         own.append(replace(some, pole=complex(2j * np.pi * hz), presence=count / len(names), reason=reason))
     return sorted(own, key=lambda c: c.frequency_hz)
 

@@ -11,12 +11,12 @@ from typing import Literal, Self
 
 from pydantic import Field
 
-from identify.model.effects.springs import Axis, AxisList, JointSprings
+from identify.model.effects.springs import Axis, AxisList, Springs
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
 
-class BaseCompliance(JointSprings):
+class BaseCompliance(Springs):
     """Springs and dampers under the base link, on some of six axes of its frame."""
 
     kind: Literal["base-compliance"] = "base-compliance"

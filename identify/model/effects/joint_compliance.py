@@ -12,7 +12,7 @@ from typing import Literal, Self
 
 from pydantic import Field
 
-from identify.model.effects.springs import Axis, AxisList, Joints, JointSprings, joint_coordinates
+from identify.model.effects.springs import Axis, AxisList, Joints, Springs, joint_coordinates
 from identify.robot.description import Robot
 from identify.robot.points import Point
 
@@ -25,7 +25,7 @@ CLASSES: dict[str, tuple[Axis, ...]] = {
 """Axes of a joint by what carries them: the gear, or the bearing in bending, across and along."""
 
 
-class JointCompliance(JointSprings):
+class JointCompliance(Springs):
     """Springs and dampers between the two links of joints, on some of six axes; z is the joint's own axis."""
 
     kind: Literal["joint-compliance"] = "joint-compliance"

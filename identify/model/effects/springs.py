@@ -107,10 +107,6 @@ class Springs(Effect):
         return with_directions(usual, [term.parameter for term in terms]) if self.coupled else usual
 
 
-class JointSprings(Springs):
-    """Springs on coordinates that every arm has: of its joints and its base."""
-
-
 def stiffness_unit(coordinate: str) -> str:
     """N/m for a translation, N m/rad for a rotation, such as joint1.rz."""
     return "N/m" if coordinate.rsplit(".", maxsplit=1)[-1].startswith("t") else "N m/rad"

@@ -15,10 +15,10 @@ from identify.core.parameters import Values
 from identify.core.text import listed
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
-from identify.model.effects.springs import START_HZ, JointSprings
+from identify.model.effects.springs import START_HZ
 from identify.motion.changed import with_effects
 from identify.motion.problem import MotionProblem
-from identify.motion.study import MotionCandidate
+from identify.motion.study import MotionCandidate, Spring
 
 _STEP, _RESOLVED = 2.5e-4, 0.25
 """Step of integration, s, at most, and that times the angular frequency at which each spring resonates alone:
@@ -48,7 +48,7 @@ class SpringKind:
             float(f"{self.soft[list(picked)].min():.3g}"),
             float(f"{4 * self.stiff[list(picked)].max():.3g}"),
         )
-        effects: list[JointSprings] = []
+        effects: list[Spring] = []
         for place in dict.fromkeys(name.split(".")[0] for name in names):
             own = [name for name in names if name.startswith(f"{place}.")]
             values = Values(initial=[stiff[name] for name in own], bounds=bounds)
@@ -117,7 +117,7 @@ def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: fl
     return np.asarray(stiffness[rows])
 
 
-def _usual(coordinate: str) -> JointSprings:
+def _usual(coordinate: str) -> Spring:
     place, axis = coordinate.split(".")
     if place == "base":
         return BaseCompliance.model_validate({"axes": [axis]})

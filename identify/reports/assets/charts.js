@@ -25,15 +25,6 @@
     }];
   });
 
-  DATA.profiles.forEach((profile, i) => draw(`profile-${i}`, () => [[
-    {x: profile.values, y: profile.rise, mode: "lines+markers", line: {color: PALETTE[0], width: 1.5, simplify: false}, hovertemplate: "%{x:.4g}: %{y:.3g}<extra></extra>"},
-  ], {
-    height: 260, margin: {l: 56, r: 10, t: 34, b: 48}, showlegend: false,
-    xaxis: profile.log && Math.max(...profile.values) > 10 * Math.min(...profile.values) ? logAxis(profile.values, profile.label) : {title: {text: profile.label}},
-    yaxis: {title: {text: "Rise of chi-square (–)"}, range: [0, Math.min(Math.max(...profile.rise, 5), 20)]},
-    shapes: [{type: "line", xref: "paper", x0: 0, x1: 1, y0: 3.84, y1: 3.84, line: {color: color("warn"), dash: "dot", width: 1.5}}],
-  }]));
-
   const best = Math.min(...starts.cost.filter(c => c !== null));
   const agrees = c => c !== null && c - best <= 1e-3 * Math.max(best, 1e-12);
 

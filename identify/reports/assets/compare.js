@@ -1,9 +1,9 @@
-// The plots of a comparison alone: parameters over those of the first run, residuals over frequency.
+// The plot of a comparison alone: parameters over those of the first run.
 "use strict";
 
 (() => {
   const {name, runs, range, first} = DATA.parameters, labels = Object.keys(runs);
-  const marks = ["circle", "square", "diamond", "triangle-up", "triangle-down", "x"], dashes = ["solid", "dash", "dashdot", "dot"];
+  const marks = ["circle", "square", "diamond", "triangle-up", "triangle-down", "x"];
   const look = i => ({size: 8, color: PALETTE[i % PALETTE.length], symbol: marks[i % marks.length]});
 
   draw("ratio-plot", () => [labels.map((label, i) => {
@@ -19,15 +19,4 @@
     yaxis: {range: [name.length - 0.5, -0.5], tickvals: name.map((_, k) => k), ticktext: name, zeroline: false},
     shapes: [{type: "line", yref: "paper", x0: 1, x1: 1, y0: 0, y1: 1, line: {color: color("muted"), dash: "dot", width: 1}}],
   }]);
-
-  const residualAxis = (values, label) => Math.max(...values) < 5 * Math.min(...values.filter(v => v > 0))
-    ? {title: {text: label}, rangemode: "tozero"} : logAxis(values, label);
-
-  DATA.residuals.forEach((one, k) => draw(`residual-${k}`, () => [Object.entries(one.runs).map(([label, {edges, values}]) => {
-    const i = labels.indexOf(label);
-    return {x: edges, y: values, name: label, mode: "lines", line: {shape: "hv", width: 2, color: PALETTE[i % PALETTE.length], dash: dashes[i % dashes.length], simplify: false}, hovertemplate: "from %{x:.3g} Hz: %{y:.3g}"};
-  }), {
-    height: 300, hovermode: "x unified", legend: {orientation: "h", x: 0, y: 1.02, yanchor: "bottom"},
-    xaxis: {title: {text: "Frequency (Hz)"}}, yaxis: residualAxis(Object.values(one.runs).flatMap(run => run.values), one.label),
-  }]));
 })();

@@ -6,11 +6,21 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.reports.batch import tables
-from identify.reports.kit.banded import SCRIPTS, Line, Panel, Plot
+from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column
-from identify.reports.kit.posture_pick import Postures, batch_postures
-from identify.reports.kit.posture_section import maps, modes, pictures, posture_data, trends
-from identify.reports.kit.report import EVERYWHERE, PRINT, Heading, Part, Report, Section, Tabular, origin
+from identify.reports.kit.report import (
+    EVERYWHERE,
+    PRINT,
+    Heading,
+    Parts,
+    Report,
+    Section,
+    Tabular,
+    given,
+    origin,
+)
+from identify.reports.shared.posture_pick import batch_postures
+from identify.reports.shared.posture_section import maps, modes, pictures, posture_data, trends
 from identify.results.batch import BatchResult, PopulationTable
 
 _PANELS = 18
@@ -27,8 +37,8 @@ _ABOUT = (
     " scatter most. Fits are numbered as in the table of parameters."
 )
 _TRENDS = (
-    "Parameters of each posture on its own, with 95 % intervals, over the joint they change with; orange: the"
-    " weighted mean; crosses: not counted."
+    "Parameters of each posture on its own, with 95 % intervals, over the joint they change with, and the"
+    " weighted mean; not counted: not determined there, or at a bound."
 )
 _ERRORS = (
     "Errors by posture; frequency and damping errors are those of the modes that are paired with measured"
@@ -38,40 +48,30 @@ _ERRORS = (
 
 def report(result: BatchResult) -> Report:
     """What is said of a batch."""
-    postures = batch_postures(result)
-    data = {"postures": posture_data(postures, _first(result))}
+    together = [] if result.population is None else _population(result, result.population)
+    values = Tabular(tables.value_table(result), sort="values", limit=20, rows=0)
     sections = [
         Section("dependence", "Does a parameter depend on posture?", _dependence(result), "Dependence"),
-        Section(
-            "postures", "Trends and maps", _postures(result, postures), data=data, scripts=("postures.js",)
-        ),
+        Section("population", "All fits together", together, "Together"),
+        Section("postures", "Trends and maps", _postures(result)),
         Section("fits", "Fits", _fits(result)),
-        Section(
-            "values",
-            "Parameters by posture",
-            [Tabular(tables.value_table(result), sort="values", limit=20, rows=0)],
-            "Parameters",
-        ),
+        Section("values", "Parameters by posture", [values], "Parameters"),
+        *origin(result, "Batch"),
     ]
-    if result.population is not None:
-        sections.insert(1, _population(result, result.population))
-    return Report(tables.tiles(result), (), [*sections, *origin(result, "Batch")])
+    return Report(tables.tiles(result), (), sections)
 
 
-def _population(result: BatchResult, p: PopulationTable) -> Section:
+def _population(result: BatchResult, p: PopulationTable) -> Parts:
     """Means and scatters, and the fits about the mean of the parameters that scatter most."""
     brief = ("Parameter", "Mean", "Unit", "±", "Scatter", "Fits", "Verdict")
-    parts: list[Part] = [
-        Tabular(tables.population_table(result, p), sort="population", terminal=brief, on=EVERYWHERE),
-    ]
     order = np.argsort(-np.nan_to_num(p.relative_scatter, nan=-1.0), kind="stable")
     shown = [int(k) for k in order if np.isfinite(p.scatter[k]) and p.mean[k]][:_SCATTERS]
     plot = Plot("population-plot", Column("Fit", "number"), [_about(result, p, k) for k in shown], _ABOUT)
-    if shown:
-        parts.append(plot.drawing())
-    own = Tabular(tables.own_table(result, p), heading=True, sort="own", limit=20, rows=0)
-    data = plot.data() if shown else {}
-    return Section("population", "All fits together", [*parts, own], "Together", data, SCRIPTS)
+    return [
+        Tabular(tables.population_table(result, p), sort="population", terminal=brief, on=EVERYWHERE),
+        plot.drawing() if shown else None,
+        Tabular(tables.own_table(result, p), heading=True, sort="own", limit=20, rows=0),
+    ]
 
 
 def _about(result: BatchResult, p: PopulationTable, k: int) -> Panel:
@@ -90,7 +90,7 @@ def _about(result: BatchResult, p: PopulationTable, k: int) -> Panel:
     return Panel(Column(p.parameter[k], "% off the mean"), lines)
 
 
-def _dependence(result: BatchResult) -> list[Part]:
+def _dependence(result: BatchResult) -> Parts:
     brief = ("Parameter", "Mean", "Unit", "Scatter", "p", "Postures", "Verdict")
     return [
         Tabular(tables.dependence_table(result), sort="dependence", terminal=brief, on=EVERYWHERE),
@@ -98,27 +98,29 @@ def _dependence(result: BatchResult) -> list[Part]:
     ]
 
 
-def _fits(result: BatchResult) -> list[Part]:
-    failures = tables.failure_table(result)
-    failed = [Tabular(failures, heading=True, rows=_FAILURES, on=EVERYWHERE)] if failures else []
-    return [*failed, Tabular(tables.job_table(result), heading=True, sort="fits", limit=20, rows=_WORST_ROWS)]
+def _fits(result: BatchResult) -> Parts:
+    return [
+        given(tables.failure_table(result), rows=_FAILURES, on=EVERYWHERE),
+        Tabular(tables.job_table(result), heading=True, sort="fits", limit=20, rows=_WORST_ROWS),
+    ]
 
 
-def _postures(result: BatchResult, postures: Postures) -> list[Part]:
+def _postures(result: BatchResult) -> Parts:
     """The plots of the page; in the PDF trends, modes, errors and maps."""
-    parts = pictures(_NOTE)
-    parameters, errors = postures.of("parameter")[:_PANELS], postures.of("error")
-    if parameters:
-        parts.append(trends(postures, parameters, _TRENDS))
-    parts += [Heading("Modes and errors", on=PRINT), *modes(postures, "of the fitted models")]
-    if errors:
-        parts.append(trends(postures, errors[-_PANELS:], _ERRORS))
+    postures = batch_postures(result)
+    parameters, errors = postures.of("parameter"), postures.of("error")
+    printed = [
+        trends(postures, parameters[:_PANELS], _TRENDS),
+        Heading("Modes and errors", on=PRINT),
+        *modes(postures, "of the fitted models"),
+        trends(postures, errors[-_PANELS:], _ERRORS),
+    ]
     if postures.varied:
-        depends = [one for one in postures.of("parameter") if one.name in _dependent(result)][:3]
+        depends = [one for one in parameters if one.name in _dependent(result)][:3]
         gap = [one for one in errors if one.name == "gap"]
-        parts.append(Heading("Maps of the postures", on=PRINT))
-        parts += maps(postures, [*depends, *postures.of("frequency")[:1], *gap])
-    return parts
+        printed.append(Heading("Maps of the postures", on=PRINT))
+        printed += maps(postures, [*depends, *postures.of("frequency")[:1], *gap])
+    return [*pictures(_NOTE, posture_data(postures, _first(result))), *printed]
 
 
 def _first(result: BatchResult) -> str:

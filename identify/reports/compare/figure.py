@@ -8,14 +8,17 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.reports.compare.pick import Shared
-from identify.reports.fit import pick
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import NONE
-from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, plain_decades, wide
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import NONE, Column
+from identify.reports.kit.figures import MUTED, PALETTE, WIDTH_IN, Room, head, wide
+from identify.reports.shared import pick
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison
 
 _MARKERS = "oDs^vX"
+_WIDE = 5.0
+"""Ratio of residuals from which a logarithmic axis shows them better."""
 _IN_ROW = 4
 """Runs in a row of a legend."""
 
@@ -79,36 +82,14 @@ def band_gaps(frf: FrfComparison) -> tuple[Array, Array]:
     return found.edges_hz, np.sqrt(np.nanmean(found.values**2, axis=1))
 
 
-def residuals(one: Shared) -> mpl.Figure:
-    """The residual of every run over frequency, all common FRFs together."""
-    figure = mpl.Figure((WIDTH_IN, 2.0))
-    [axes] = Room(0.55).axes(figure)
-    for number, (label, frf) in enumerate(one.frfs.items()):
-        edges, values = band_gaps(frf)
-        axes.stairs(
-            values,
-            edges,
-            baseline=None,
-            color=PALETTE[number % len(PALETTE)],
-            ls=("-", "--", "-.", ":")[number % 4],
-            lw=1.2,
-            label=label,
-        )
-    axes.set(xlabel="Frequency (Hz)", ylabel=residual_label(one), title=one.name)
-    low, high = axes.dataLim.intervaly
-    if high > 5 * low > 0:
-        axes.set_yscale("log")
-        plain_decades(axes.yaxis)
-    else:
-        axes.set_ylim(0, None)
-    axes.legend(ncols=4, loc="best")
-    return figure
-
-
-def residual_label(one: Shared) -> str:
-    """What residuals are relative to."""
-    return (
-        "Residual / noise (1 = noise)"
-        if next(iter(one.frfs.values())).noise is not None
-        else "Residual / measured"
-    )
+def residuals(anchor: str, one: Shared) -> Plot:
+    """The residual of every run over frequency, all common FRFs together; steps from band to band."""
+    bands = {label: band_gaps(frf) for label, frf in one.frfs.items()}
+    lines = [Line(label, x, np.append(y, y[-1:]), look="steps") for label, (x, y) in bands.items()]
+    every = np.concatenate([line.y for line in lines])
+    low, high = float(np.nanmin(every)), float(np.nanmax(every))
+    wide = high > _WIDE * low > 0
+    y = Column("Residual / noise (1 = noise)" if one.in_noise else "Residual / measured")
+    panel = Panel(y, lines, log=wide, top=None if wide else 1.05 * high)
+    caption = f"Residual over frequency, {one.name}, all common FRFs together."
+    return Plot(anchor, Column("Frequency", "Hz"), [panel], caption, height=1.7)

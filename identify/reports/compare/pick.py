@@ -6,14 +6,14 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.measured.channel import Channel
 from identify.measured.modal_table import ModalTable
 from identify.modal.mac import macx
 from identify.modal.pairing import pair
-from identify.reports.fit.pick import shown_modes
-from identify.reports.kit.figures import Mac
+from identify.reports.shared.figures import Mac
+from identify.reports.shared.pick import shown_modes
 from identify.results.comparison import Comparison
 from identify.results.fit import FrfComparison, MeasurementResult
 
@@ -33,18 +33,18 @@ class Shared:
         """What the first run made of it."""
         return next(iter(self.runs.values()))
 
+    @property
+    def in_noise(self) -> bool:
+        """Whether residuals are over the noise, else over the measurement."""
+        return next(iter(self.frfs.values())).noise is not None
+
 
 def shared(comparison: Comparison) -> list[Shared]:
     """The measurements that at least two runs have, by name, in the order of the first run that has them."""
-    names = dict.fromkeys(name for run in comparison.runs.values() for name in run.measurements)
-    having = {
-        name: {
-            label: run.measurements[name]
-            for label, run in comparison.runs.items()
-            if name in run.measurements
-        }
-        for name in names
-    }
+    having: dict[str, dict[str, MeasurementResult]] = {}
+    for label, run in comparison.runs.items():
+        for name, m in run.measurements.items():
+            having.setdefault(name, {})[label] = m
     return [
         Shared(name, runs, _common({label: m.frf for label, m in runs.items() if m.frf}))
         for name, runs in having.items()
@@ -69,26 +69,18 @@ def _common(frfs: dict[str, FrfComparison]) -> dict[str, FrfComparison]:
     return {label: _cut(frf, lines, pairs) for label, frf in frfs.items()}
 
 
-def _cut(frf: FrfComparison, lines: NDArray[np.float64], pairs: list[tuple[str, str]]) -> FrfComparison:
+def _cut(frf: FrfComparison, lines: Array, pairs: list[tuple[str, str]]) -> FrfComparison:
     where = {one: number for number, one in enumerate(zip(frf.output, frf.input, strict=True))}
-    rows, columns = np.flatnonzero(np.isin(frf.frequency_hz, lines)), np.array([where[one] for one in pairs])
-    where_both = np.ix_(rows, columns)
-    return dataclasses.replace(
-        frf,
-        frequency_hz=lines,
-        output=tuple(o for o, _ in pairs),
-        input=tuple(i for _, i in pairs),
-        measured=frf.measured[where_both],
-        initial=None,
-        fitted=frf.fitted[where_both],
-        band_95=None if frf.band_95 is None else frf.band_95[where_both],
-        noise=None if frf.noise is None else frf.noise[where_both],
-        coherence=None if frf.coherence is None else frf.coherence[where_both],
-        gap=None if frf.gap is None else frf.gap[columns],
-        relative_error=frf.relative_error[columns],
-        frac=frf.frac[columns],
-        area_error=frf.area_error[columns],
+    columns = np.array([where[one] for one in pairs])
+    both, curves = (
+        np.ix_(np.isin(frf.frequency_hz, lines), columns),
+        ("measured", "fitted", "band_95", "noise", "coherence"),
     )
+    cut = {name: values[both] for name in curves if (values := getattr(frf, name)) is not None}
+    errors = ("gap", "relative_error", "frac", "area_error")
+    cut |= {name: values[columns] for name in errors if (values := getattr(frf, name)) is not None}
+    output, into = zip(*pairs, strict=True)
+    return dataclasses.replace(frf, frequency_hz=lines, output=output, input=into, initial=None, **cut)
 
 
 def matched(a: MeasurementResult, b: MeasurementResult) -> dict[int, tuple[int, float]]:
@@ -111,7 +103,5 @@ def shape_mac(one: Shared) -> Mac | None:
         return None
     tables = _table(a), _table(b)
     assert tables[0].shapes is not None and tables[1].shapes is not None
-    hz = [table.frequency_hz for table in tables]
-    return Mac(
-        one.name, macx(tables[0].shapes, tables[1].shapes), hz[0], hz[1], f"{label_a} (Hz)", f"{label_b} (Hz)"
-    )
+    hz, labels = (tables[0].frequency_hz, tables[1].frequency_hz), (label_a, label_b)
+    return Mac(one.name, macx(tables[0].shapes, tables[1].shapes), *hz, *labels)

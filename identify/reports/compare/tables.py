@@ -1,21 +1,25 @@
-"""The tables of a comparison, as finished text; HTML and PDF print the same ones."""
+"""The tables of a comparison."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.text import count
 from identify.reports.compare.pick import Shared, matched
-from identify.reports.fit.measurement_tables import use
-from identify.reports.fit.pick import errors, half_interval, partner, shown_modes
-from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
+from identify.reports.kit.cells import NONE, Column, Table, digits, number, percent, unit, whole, words
+from identify.reports.kit.report import Tiles
+from identify.reports.shared.measurement_tables import DIFFERENCE, use
+from identify.reports.shared.parameters import half_interval
+from identify.reports.shared.pick import errors, partner, shown_modes
 from identify.results.comparison import Comparison, apart_in_std
 from identify.results.fit import FitResult, MeasurementResult
 
-Row = tuple[str, ...]
+GAP = "Gap: RMS residual over noise"
+RELATIVE = "Relative error: RMS difference over RMS measured, median of the FRFs."
 
 
-def tiles(comparison: Comparison) -> tuple[tuple[str, str, str], ...]:
+def tiles(comparison: Comparison) -> Tiles:
     """The gaps of every run, at most four runs."""
     shown = list(comparison.runs.items())[:4]
     return tuple(
@@ -26,81 +30,59 @@ def tiles(comparison: Comparison) -> tuple[tuple[str, str, str], ...]:
 
 def run_table(comparison: Comparison) -> Table:
     """Cost, gap and effort of every run."""
-    columns = (
-        words("Run"),
-        words("Cost kind"),
-        Column("Cost"),
-        Column("Gap"),
-        Column("Gap, validation"),
-        words("Determined"),
-        Column("Starts"),
-        Column("Evaluations"),
-        Column("Time", "s"),
-        words("Ended as it should"),
-    )
-    rows = [
-        (label, run.cost_kind, *map(number, (run.cost, run.gap, run.gap_validation)), *_effort(run))
-        for label, run in _runs(comparison)
+    runs = list(comparison.runs.values())
+    free = [np.array(run.parameters.status)[run.parameters.free] for run in runs]
+    columns = [
+        words("Run", comparison.runs),
+        words("Cost kind", [run.cost_kind for run in runs]),
+        Column("Cost", "", [run.cost for run in runs]),
+        Column("Gap", "", [run.gap for run in runs]),
+        Column("Gap, validation", "", [run.gap_validation for run in runs]),
+        words("Determined", [f"{np.sum(status == 'determined')} of {len(status)}" for status in free]),
+        Column("Starts", "", [len(run.starts.cost) for run in runs], whole),
+        Column("Evaluations", "", [run.starts.evaluations.sum() for run in runs], whole),
+        Column("Time", "s", [run.seconds for run in runs], digits(3)),
+        words("Ended as it should", ["yes" if run.converged else "no" for run in runs]),
     ]
-    note = (
-        "Gap: RMS residual over noise, 1 is perfect. Determined: parameters that the data determine, of all"
-        " free ones."
-    )
-    return Table("Runs", columns, tuple(rows), note)
-
-
-def _runs(comparison: Comparison) -> list[tuple[str, FitResult]]:
-    return list(comparison.runs.items())
-
-
-def _effort(run: FitResult) -> Row:
-    status = [s for s, free in zip(run.parameters.status, run.parameters.free, strict=True) if free]
-    determined = f"{status.count('determined')} of {len(status)}"
-    spent = str(int(run.starts.evaluations.sum())), number(run.seconds, 3)
-    return determined, str(len(run.starts.cost)), *spent, "yes" if run.converged else "no"
+    note = f"{GAP}, 1 is perfect. Determined: parameters that the data determine, of all free ones."
+    return Table("Runs", columns, note)
 
 
 def effect_table(comparison: Comparison) -> Table:
     """The model of every run, effect by effect: in which runs it is."""
     effects = dict.fromkeys(effect for run in comparison.runs.values() for effect in run.effects)
-    rows = [
-        (effect, *("yes" if effect in run.effects else NONE for run in comparison.runs.values()))
-        for effect in effects
+    runs = [
+        words(label, ["yes" if effect in run.effects else NONE for effect in effects])
+        for label, run in comparison.runs.items()
     ]
-    return Table("Models", (words("Effect"), *map(words, comparison.runs)), tuple(rows))
+    return Table("Models", [words("Effect", effects), *runs])
 
 
 def parameter_table(comparison: Comparison) -> Table:
     """Fitted values with half their intervals, every run beside the first one."""
-    runs = _runs(comparison)
-    names = dict.fromkeys(
-        (name, of)
-        for _, run in runs
+    (first, base), *others = comparison.runs.items()
+    units = {
+        name: of
+        for run in comparison.runs.values()
         for name, of in zip(run.parameters.name, run.parameters.unit, strict=True)
-    )
-    apart = [apart_in_std(runs[0][1], run) for _, run in runs[1:]]
-    heads = [head for label, _ in runs for head in (Column(label), Column("±", "%"))]
-    heads += [Column("Ratio" if len(runs) == 2 else f"{label} / {runs[0][0]}") for label, _ in runs[1:]]
-    heads += [Column("Apart" if len(runs) == 2 else f"{label} apart", "std") for label, _ in runs[1:]]
-    rows = []
-    for name, of in names:
-        values = [_value(run, name) for _, run in runs]
-        ratios = [number(value / values[0][0]) if values[0][0] else NONE for value, _ in values[1:]]
-        between = [number(one.get(name, np.nan), 3) for one in apart]
-        rows.append(
-            (
-                name,
-                unit(of),
-                *(number(x, d) for pair in values for x, d in zip(pair, (4, 2), strict=True)),
-                *ratios,
-                *between,
-            )
-        )
+    }
+    found = {label: np.array([_value(run, name) for name in units]) for label, run in comparison.runs.items()}
+    columns = [words("Parameter", units), words("Unit", map(unit, units.values()))]
+    for label, values in found.items():
+        columns += [Column(label, "", values[:, 0]), Column("±", "%", values[:, 1], digits(2))]
+    pair, divisor = len(others) == 1, np.where(found[first][:, 0] == 0, np.nan, found[first][:, 0])
+    for label, _ in others:
+        ratio = found[label][:, 0] / divisor
+        columns.append(Column("Ratio" if pair else f"{label} / {first}", "", ratio))
+    for label, run in others:
+        apart = apart_in_std(base, run)
+        between = [apart.get(name, np.nan) for name in units]
+        columns.append(Column("Apart" if pair else f"{label} apart", "std", between, digits(3)))
     note = (
-        f"± is half the 95 % interval over the value. Ratio: to {runs[0][0]}. Apart: difference over its"
-        " standard deviation, both intervals taken as independent; beyond 2 the runs disagree."
+        f"± is half the 95 % interval over the value. Ratio: to {first}. Apart: difference over its standard"
+        " deviation, both intervals taken as independent; beyond 2 the runs disagree."
     )
-    return Table("Parameters", (words("Parameter"), words("Unit"), *heads), tuple(rows), note)
+    return Table("Parameters", columns, note)
 
 
 def _value(run: FitResult, name: str) -> tuple[float, float]:
@@ -116,60 +98,56 @@ def mode_table(one: Shared) -> Table:
     any.
     """
     (label, a), *others = one.runs.items()
-    measured = a.pairs is not None
-    heads = [Column("Measured", "Hz")] if measured else []
-    heads += [Column(label, "Hz"), Column("Damping", "%")]
-    for other, _ in others:
-        heads += [Column(other, "Hz"), Column("Change", "%"), Column("Damping", "%"), Column("MAC")]
-    became = [(b, matched(a, b)) for _, b in others]
-    rows = []
-    for mode in range(shown_modes(a)):
-        beside = [_measured(a, mode)] if measured else []
-        own = number(a.modes.frequency_hz[mode]), percent(a.modes.damping_ratio[mode])
-        rows.append(
-            (
-                str(mode + 1),
-                *beside,
-                *own,
-                *(cell for b, pairs in became for cell in _became(a, mode, b, pairs.get(mode))),
-            )
-        )
+    count = shown_modes(a)
+    columns = [words("Mode", range(1, count + 1))]
+    if a.pairs is not None:
+        partners = [partner(a.pairs, mode) for mode in range(count)]
+        hz = [np.nan if row is None else a.pairs.measured_frequency_hz[row] for row in partners]
+        columns.append(Column("Measured", "Hz", hz))
+    own, damping = a.modes.frequency_hz[:count], a.modes.damping_ratio[:count]
+    columns += [Column(label, "Hz", own), Column("Damping", "%", damping, percent)]
+    for other, b in others:
+        hz, ratio, mac = _became(a, b, count).T
+        columns += mode_columns(other, "Change", hz, 100 * (hz / own - 1), ratio, mac)
     note = f"Modes of the models, paired by shape and frequency. Change and MAC: against {label}."
-    return Table(f"Modes, {one.name}", (words("Mode"), *heads), tuple(rows), note)
+    return Table(f"Modes, {one.name}", columns, note)
 
 
-def _measured(a: MeasurementResult, mode: int) -> str:
-    found = None if a.pairs is None else partner(a.pairs, mode)
-    return NONE if found is None or a.pairs is None else number(a.pairs.measured_frequency_hz[found])
+def mode_columns(label: str, change: str, hz: Array, off: Array, ratio: Array, mac: Array) -> list[Column]:
+    """Frequencies of a model, how far they are off in per cent, damping ratios, and MAC."""
+    return [
+        Column(label, "Hz", hz),
+        Column(change, "%", off, DIFFERENCE),
+        Column("Damping", "%", ratio, percent),
+        Column("MAC", "", mac),
+    ]
 
 
-def _became(a: MeasurementResult, mode: int, b: MeasurementResult, found: tuple[int, float] | None) -> Row:
-    if found is None:
-        return (NONE,) * 4
-    other, mac = found
-    hz, ratio = b.modes.frequency_hz[other], b.modes.damping_ratio[other]
-    return number(hz), signed(100 * (hz / a.modes.frequency_hz[mode] - 1), 3), percent(ratio), number(mac)
+def _became(a: MeasurementResult, b: MeasurementResult, count: int) -> Array:
+    """Frequency, damping ratio and MAC of the modes of b that those of a became, (modes, 3), NaN for none."""
+    found = np.full((count, 3), np.nan)
+    for mode, (other, mac) in matched(a, b).items():
+        found[mode] = b.modes.frequency_hz[other], b.modes.damping_ratio[other], mac
+    return found
 
 
 def error_table(comparison: Comparison) -> Table:
     """Gap and median relative FRF error of every measurement in every run."""
     names = dict.fromkeys(name for run in comparison.runs.values() for name in run.measurements)
-    heads = [
-        head for label in comparison.runs for head in (Column(f"{label}: gap"), Column("Relative error", "%"))
-    ]
-    rows = []
-    for name in names:
-        found = [run.measurements.get(name) for run in comparison.runs.values()]
-        uses = dict.fromkeys(use(m) for m in found if m is not None)
-        rows.append((name, " / ".join(uses), *(cell for m in found for cell in _errors(m))))
-    note = "Relative error: RMS difference over RMS measured, median of the FRFs."
-    return Table("Errors", (words("Measurement"), words("Use"), *heads), tuple(rows), note)
+    found = {label: [run.measurements.get(name) for name in names] for label, run in comparison.runs.items()}
+    uses = [dict.fromkeys(use(m) for m in row if m is not None) for row in zip(*found.values(), strict=True)]
+    columns = [words("Measurement", names), words("Use", map(" / ".join, uses))]
+    for label, own in found.items():
+        columns += error_columns(f"{label}: gap", own)
+    return Table("Errors", columns, RELATIVE)
 
 
-def _errors(m: MeasurementResult | None) -> Row:
-    if m is None:
-        return NONE, NONE
-    return number(m.gap), NONE if m.frf is None else percent(float(np.nanmedian(m.frf.relative_error)))
+def error_columns(heading: str, found: list[MeasurementResult | None]) -> list[Column]:
+    """The gap of a model on measurements, and the median relative error of FRFs; NaN where there is none."""
+    frfs = [None if m is None else m.frf for m in found]
+    relative = [np.nan if frf is None else float(np.nanmedian(frf.relative_error)) for frf in frfs]
+    gaps = [np.nan if m is None else m.gap for m in found]
+    return [Column(heading, "", gaps), Column("Relative error", "%", relative, percent)]
 
 
 def frf_table(one: Shared) -> Table:
@@ -178,10 +156,15 @@ def frf_table(one: Shared) -> Table:
     in_noise = all(frf.gap is not None for frf in frfs)
     found = np.array([errors(frf) if in_noise else 100 * frf.relative_error for frf in frfs])
     order = np.argsort(-np.nan_to_num(found.max(axis=0), nan=-1.0), kind="stable")
-    heads = (Column(label, "gap" if in_noise else "%") for label in one.frfs)
-    rows = [(frfs[0].output[i], frfs[0].input[i], *map(number, found[:, i])) for i in order]
-    title = f"FRF errors, {one.name}, {count(len(order), 'common FRF')}"
-    return Table(title, (words("Output"), words("Input"), *heads), tuple(rows))
+    columns = [
+        words("Output", [frfs[0].output[i] for i in order]),
+        words("Input", [frfs[0].input[i] for i in order]),
+        *(
+            Column(label, "gap" if in_noise else "%", own[order])
+            for label, own in zip(one.frfs, found, strict=True)
+        ),
+    ]
+    return Table(f"FRF errors, {one.name}, {count(len(order), 'common FRF')}", columns)
 
 
 def setting_table(comparison: Comparison) -> Table | None:
@@ -199,8 +182,5 @@ def setting_table(comparison: Comparison) -> Table | None:
         found = [table.get(key, (NONE, "")) for table in tables]
         if len({value for value, _ in found}) > 1:
             rows.append((key, *(f"{value} ({source})" if source else value for value, source in found)))
-    return (
-        Table("Settings that differ", (words("Setting"), *map(words, comparison.runs)), tuple(rows))
-        if rows
-        else None
-    )
+    heads = [words("Setting"), *map(words, comparison.runs)]
+    return Table.of("Settings that differ", heads, rows) if rows else None

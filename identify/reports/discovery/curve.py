@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
-from typing import Any
 
 import numpy as np
 
 from identify.core.text import capital, listed
 from identify.core.thresholds import SIGMAS_95
-from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import Column, Curves, Table, number, words
-from identify.reports.kit.figures import BLUE, INK, MUTED, ORANGE, WIDTH_IN
-from identify.reports.kit.report import EVERYWHERE, PAGE, Drawing, Heading, Part, Section, Tabular, Text
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import Column, Curves, Table, digits, ready, words
+from identify.reports.kit.report import EVERYWHERE, PAGE, Heading, Part, Parts, Tabular, Text
 from identify.results.curves import CurveTable, PlaceTable
 from identify.results.discovery import DiscoveryResult
 
@@ -37,39 +34,28 @@ _NOTE = (
 )
 
 
-def section(result: DiscoveryResult) -> list[Section]:
+def parts(result: DiscoveryResult) -> Parts:
     """What was measured at the places in question; nothing where no curve was."""
-    parts: list[Part] = []
-    data = []
-    for key, curve in sorted(result.curves.items(), key=lambda item: int(item[0])):
-        parts += _parts(int(key), curve)
-        data.append(_data(curve))
-    if not parts:
-        return []
-    parts = [*(Text(said, on=EVERYWHERE) for said in by_strength(list(result.curves.values()))), *parts]
+    curves = sorted(result.curves.items(), key=lambda item: int(item[0]))
+    said = by_strength(list(result.curves.values()))
     return [
-        Section(
-            "curve",
-            "What was measured there",
-            parts,
-            "Measured stiffness",
-            {"stiffness": data},
-            ("curve.js",),
-        )
+        *(Text(text, on=EVERYWHERE) for text in said),
+        *(part for key, curve in curves for part in _parts(int(key), curve)),
     ]
 
 
 def place_table(step: int, places: PlaceTable) -> Table:
     """Where the gap could come from, whatever it is."""
-    rows = tuple(
-        (sentence, number(gap, 3), str(unknowns))
-        for sentence, gap, unknowns in zip(places.sentence, places.gap, places.unknowns, strict=True)
-    )
+    columns = [
+        words("Place", places.sentence),
+        Column("Gap left", "", places.gap, digits(3)),
+        Column("Numbers", "", map(str, places.unknowns), ready),
+    ]
     note = (
         "Gap left when each frequency line has an unknown of its own there, the same for all postures:"
         " no law is assumed. Numbers: how many real numbers were fitted for that, which the gap counts."
     )
-    return Table(f"Places, step {step}", (words("Place"), Column("Gap left"), Column("Numbers")), rows, note)
+    return Table(f"Places, step {step}", columns, note)
 
 
 def sentences(curve: CurveTable) -> str:
@@ -140,37 +126,21 @@ def chosen(curve: CurveTable) -> list[int]:
     return [n for n, name in enumerate(curve.entries) if " with " not in name][:_MOST]
 
 
-def figure(curve: CurveTable) -> mpl.Figure:
+def plot(anchor: str, curve: CurveTable) -> Plot:
     """Real and imaginary part over frequency, a row for each coordinate."""
-    entries = chosen(curve)
-    high = 0.5 + 1.5 * len(entries)
-    drawn = mpl.Figure((WIDTH_IN, high))
-    grid = drawn.subplots(len(entries), 2, squeeze=False, sharex=True)
-    drawn.subplots_adjust(0.9 / WIDTH_IN, 0.42 / high, 1 - 0.08 / WIDTH_IN, 1 - 0.32 / high, 0.22, 0.15)
-    for row, entry in enumerate(entries):
-        for column, (part, std) in enumerate((("real", curve.std_real), ("imag", curve.std_imag))):
-            axes, value = grid[row][column], getattr(curve.value[:, entry], part)
-            axes.errorbar(
-                curve.frequency_hz,
-                value,
-                SIGMAS_95 * std[:, entry],
-                fmt=".",
-                ms=3,
-                color=BLUE,
-                ecolor=MUTED,
-                elinewidth=0.5,
-            )
-            if np.isfinite(curve.law[:, entry]).any():
-                axes.plot(
-                    curve.frequency_hz, getattr(curve.law[:, entry], part), color=ORANGE, lw=1.2, zorder=3
-                )
-            axes.axhline(0, color=INK, lw=0.4)
-            axes.set_ylim(*reach(curve, entry, part))
-            axes.set_ylabel(f"{curve.entries[entry]}\n({curve.unit})" if column == 0 else "")
-            axes.set_title(("Real part", "Imaginary part")[column] if row == 0 else "", pad=12)
-            if row == len(entries) - 1:
-                axes.set_xlabel("Frequency (Hz)")
-    return drawn
+    panels = []
+    for entry in chosen(curve):
+        for part, title in (("real", "real part"), ("imag", "imaginary part")):
+            value, law = (getattr(values[:, entry], part) for values in (curve.value, curve.law))
+            half = SIGMAS_95 * getattr(curve, f"std_{part}")[:, entry]
+            hz = curve.frequency_hz
+            lines = [Line("measured, with 95 % interval", hz, value, value - half, value + half, points=True)]
+            if np.isfinite(law).any():
+                lines.append(Line("law of the added effect", hz, law))
+            y = Column(f"{curve.entries[entry]}, {title}", curve.unit)
+            panels.append(Panel(y, lines, top=reach(curve, entry, part)))
+    caption = f"Dynamic stiffness, measured: {curve.place}. {_NOTE}"
+    return Plot(anchor, Column("Frequency", "Hz"), panels, caption, _NOTE, height=1.7, columns=2)
 
 
 def reach(curve: CurveTable, entry: int, part: str) -> tuple[float, float]:
@@ -186,62 +156,34 @@ def reach(curve: CurveTable, entry: int, part: str) -> tuple[float, float]:
 
 
 def _parts(number_of: int, curve: CurveTable) -> list[Part]:
-    title = curve.effect or curve.place
-    table = _law_table(curve)
     return [
-        Heading(capital(title), 4, on=EVERYWHERE),
+        Heading(capital(curve.effect or curve.place), 4, on=EVERYWHERE),
         Text(sentences(curve), on=EVERYWHERE),
-        Drawing(
-            f"stiffness-{number_of}",
-            partial(figure, curve),
-            f"Dynamic stiffness, measured: {curve.place}. {_NOTE}",
-            lambda: [_numbers(curve)],
-            _NOTE,
-        ),
-        Tabular(table, on=PAGE),
+        plot(f"stiffness-{number_of}", curve).drawing(lambda: [_numbers(curve)]),
+        Tabular(_law_table(curve), on=PAGE),
     ]
 
 
 def _law_table(curve: CurveTable) -> Table:
-    rows = tuple(
-        (name, number(gap, 3), number(odds, 3))
-        for name, gap, odds in zip(curve.laws, curve.law_gap, curve.law_log_odds, strict=True)
-    )
+    columns = [
+        words("Law", curve.laws),
+        Column("Gap", "", curve.law_gap, digits(3)),
+        Column("Log odds", "", curve.law_log_odds, digits(3)),
+    ]
     note = "Log odds: of the first law over the second, of the others over the first (negative)."
-    return Table(
-        "Simple laws through the curve", (words("Law"), Column("Gap"), Column("Log odds")), rows, note
-    )
+    return Table("Simple laws through the curve", columns, note)
 
 
 def _numbers(curve: CurveTable) -> Curves:
-    heads, columns = [Column("Frequency", "Hz")], [curve.frequency_hz]
+    columns = [Column("Frequency", "Hz", curve.frequency_hz)]
+    shown = (
+        ("real", curve.value.real),
+        ("imaginary", curve.value.imag),
+        ("std of real", curve.std_real),
+        ("std of imaginary", curve.std_imag),
+        ("law, real", curve.law.real),
+        ("law, imaginary", curve.law.imag),
+    )
     for n, name in enumerate(curve.entries):
-        for part, values in (
-            ("real", curve.value[:, n].real),
-            ("imaginary", curve.value[:, n].imag),
-            ("std of real", curve.std_real[:, n]),
-            ("std of imaginary", curve.std_imag[:, n]),
-            ("law, real", curve.law[:, n].real),
-            ("law, imaginary", curve.law[:, n].imag),
-        ):
-            heads.append(Column(f"{name} {part}", curve.unit))
-            columns.append(values)
-    return Curves(f"dynamic stiffness, {curve.place}", tuple(heads), np.column_stack(columns))
-
-
-def _data(curve: CurveTable) -> dict[str, Any]:
-    """What the page draws."""
-    panels = []
-    for entry in chosen(curve):
-        for part, std in (("real", curve.std_real), ("imag", curve.std_imag)):
-            law = getattr(curve.law[:, entry], part)
-            panels.append(
-                {
-                    "title": f"{curve.entries[entry]}, {'real' if part == 'real' else 'imaginary'} part",
-                    "value": getattr(curve.value[:, entry], part),
-                    "spread": SIGMAS_95 * std[:, entry],
-                    "law": law if np.isfinite(law).any() else None,
-                    "range": list(reach(curve, entry, part)),
-                }
-            )
-    return {"frequency": curve.frequency_hz, "unit": curve.unit, "panels": panels}
+        columns += [Column(f"{name} {part}", curve.unit, values[:, n]) for part, values in shown]
+    return Curves(f"dynamic stiffness, {curve.place}", columns)

@@ -19,10 +19,9 @@ from identify.reports.discovery.pick import (
     gaps_on_robot,
     is_wide,
     reach,
-    standing,
+    standings,
 )
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit import robot_figure
 from identify.reports.kit.cells import NONE, number
 from identify.reports.kit.figures import (
     BLUE,
@@ -35,8 +34,10 @@ from identify.reports.kit.figures import (
     Room,
     decades_beside,
     head,
+    plain_decades,
     wide,
 )
+from identify.reports.shared import robot_figure
 from identify.results.discovery import DiscoveryResult, StepResult
 
 GAP = "Gap: residual / noise (1 = noise)"
@@ -126,7 +127,7 @@ def options(step: StepResult) -> mpl.Figure:
     known = np.flatnonzero(np.isfinite(evidence))
     worth = np.maximum(evidence[known], 1.0)
     right.hlines(known, 1.0, worth, color=GRID, lw=3, zorder=1)
-    stand = np.array([standing(verdict) for verdict in o.verdict[chosen]])
+    stand = np.array(standings(step))
     for number_of, (color, marker) in enumerate(_STANDING):
         own = stand == number_of
         if own.any():
@@ -166,9 +167,7 @@ def _gap_axis(axes: mpl.Axes, values: Array) -> None:
         axes.set_xlim(low - 0.12 * (high - low + 0.1), high + 0.3 * (high - low + 0.1))
         return
     axes.set(xscale="log", xlim=(low / 1.12, high * 1.5))
-    axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
-    axes.xaxis.set_minor_locator(mpl.NullLocator())
+    plain_decades(axes.xaxis)
 
 
 def falls(rows: list[Fall]) -> mpl.Figure:
@@ -245,9 +244,7 @@ def gap_map(result: DiscoveryResult, number_of: int) -> mpl.Figure:
             ylim=(len(channels), 0),
             xlim=(bands[0], bands[-1]),
         )
-        axes.xaxis.set_major_locator(mpl.LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(mpl.FormatStrFormatter("%g"))
-        axes.xaxis.set_minor_locator(mpl.NullLocator())
+        plain_decades(axes.xaxis)
     several[0].set_ylabel("Response channel")
     several[0].set_yticks(np.arange(0, len(channels), every) + 0.5, channels[::every], fontsize=5)
     several[0].tick_params(length=0, axis="y")

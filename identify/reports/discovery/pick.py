@@ -12,9 +12,9 @@ import numpy as np
 from identify.core.arrays import Array, Texts
 from identify.core.thresholds import QUIET
 from identify.reports.compare.pick import Shared
-from identify.reports.fit.measurement_tables import use
+from identify.reports.shared.measurement_tables import use
 from identify.results.comparison import Comparison
-from identify.results.discovery import DiscoveryResult, GapByBand, OptionTable, PartTable
+from identify.results.discovery import DiscoveryResult, GapByBand, OptionTable, PartTable, StepResult
 from identify.results.tables import Geometry
 
 BEFORE, AFTER = "study's model", "final model"
@@ -148,23 +148,32 @@ def few(options: OptionTable) -> slice:
     return slice(0, min(SHOWN, len(options.sentence)))
 
 
-def standing(verdict: str) -> int:
-    """How a candidate is drawn: 0 the best, 1 what the data cannot tell from it, 2 any other."""
-    return {"best": 0, "the data cannot tell it from the best": 1}.get(verdict, 2)
-
-
 STANDINGS = ("best", "cannot be told from it", "other")
+
+
+def standings(step: StepResult) -> list[int]:
+    """How the candidates in a chart are drawn, by their number in `STANDINGS`."""
+    return [
+        0 if sentence == step.best else 1 if sentence in step.alike else 2
+        for sentence in step.options.sentence[few(step.options)]
+    ]
 
 
 def gap_maps(result: DiscoveryResult) -> list[tuple[str, list[tuple[str, Array]]]]:
     """For every measurement its title and the gap (bands, channels) of the study's and of the final model."""
-    maps: list[tuple[str, GapByBand]] = [(BEFORE, result.map_before)]
-    if result.added.sentence:
-        maps.append((AFTER, result.map_after))
     return [
-        (f"{name}, {use(result.after.measurements[name])}", [(label, one.gap[row]) for label, one in maps])
+        (
+            f"{name}, {use(result.after.measurements[name])}",
+            [(label, one.gap[row]) for label, one in _maps(result)],
+        )
         for row, name in enumerate(result.map_before.measurements)
     ]
+
+
+def _maps(result: DiscoveryResult) -> list[tuple[str, GapByBand]]:
+    """Of the study's model, and of the final one where it is another."""
+    after = [(AFTER, result.map_after)] if result.added.sentence else []
+    return [(BEFORE, result.map_before), *after]
 
 
 @dataclass(frozen=True)
@@ -180,10 +189,7 @@ class OnRobot:
 def gaps_on_robot(result: DiscoveryResult) -> OnRobot:
     """The study's model, and the final one where it is another."""
     geometry = next(iter(result.after.measurements.values())).geometry
-    maps = [(BEFORE, result.map_before)]
-    if result.added.sentence:
-        maps.append((AFTER, result.map_after))
-    return OnRobot(geometry, [(label, _by_point(one, geometry.point_names)) for label, one in maps])
+    return OnRobot(geometry, [(label, _by_point(one, geometry.point_names)) for label, one in _maps(result)])
 
 
 def _by_point(found: GapByBand, names: Texts) -> Array:

@@ -4,36 +4,65 @@ shares, gaps.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from identify.reports.explain.pick import bars, history
-from identify.reports.explain.tables import scale, title
+from identify.core.arrays import Array
+from identify.reports.explain.tables import scale
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.figures import BLUE, GRID, INK, ORANGE, PALETTE, WIDTH_IN
+from identify.reports.kit.banded import Line, Panel, Plot
+from identify.reports.kit.cells import Column
+from identify.reports.kit.figures import GRID, INK, PALETTE, WIDTH_IN
 from identify.results.explain import Curves, TargetResult
 
 
-def histories(found: TargetResult, curves: Curves) -> mpl.Figure:
+@dataclass(frozen=True)
+class History:
+    """One joint of one record in the shown unit, (samples,): measured, known, explained; left before and
+    after, NaN where not counted.
+    """
+
+    time_s: Array
+    measured: Array
+    known: Array
+    explained: Array
+    before: Array
+    after: Array
+
+
+def history(found: TargetResult, curves: Curves, row: int) -> History:
+    """The curves of the joint in that row."""
+    factor, _ = scale(found)
+    measured, known, explained = (
+        factor * getattr(curves, name)[:, row] for name in ("measured", "known", "explained")
+    )
+    used = curves.used[:, row]
+    before, after = (np.where(used, measured - model, np.nan) for model in (known, explained))
+    return History(curves.time_s, measured, known, explained, before, after)
+
+
+def bars(found: TargetResult) -> tuple[tuple[str, ...], Array]:
+    """Names of effects and how much each step took of the squares there were at first, % of all (steps,
+    joints); found order.
+    """
+    squares = np.vstack([found.rms_judge_start, found.steps.rms_judge]) ** 2
+    return found.steps.name, -100 * np.diff(squares, axis=0) / squares[0]
+
+
+def histories(found: TargetResult, curves: Curves, caption: str) -> Plot:
     """Left the history of every joint, right what is left of it."""
-    unit, count = scale(found)[1], len(found.joints)
-    figure = mpl.Figure((WIDTH_IN, 0.6 + 1.35 * count), layout="constrained")
-    rows = figure.subplots(count, 2, sharex=True, squeeze=False)
+    of, panels = scale(found)[1], []
     for row, joint in enumerate(found.joints):
         h = history(found, curves, row)
-        left, right = rows[row]
-        left.plot(h.time_s, h.measured, color=INK, lw=0.5, label="measured")
-        left.plot(h.time_s, h.known, color=ORANGE, lw=0.9, ls="--", label="from what is known")
-        left.plot(h.time_s, h.explained, color=BLUE, lw=0.8, label="with the effects found")
-        right.plot(h.time_s, h.before, color=ORANGE, lw=0.6)
-        right.plot(h.time_s, h.after, color=BLUE, lw=0.6)
-        left.set_ylabel(f"Joint {joint}\n({unit})")
-    rows[0][0].set_title(title(found))
-    rows[0][1].set_title("What is left, before and after")
-    for axes in rows[-1]:
-        axes.set_xlabel("Time (s)")
-    figure.align_ylabels()
-    figure.legend(*rows[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=3)
-    return figure
+        lines = [
+            Line("measured", h.time_s, h.measured, look="noisy"),
+            Line("from what is known", h.time_s, h.known),
+            Line("with the effects found", h.time_s, h.explained),
+        ]
+        left = [Line("left before", h.time_s, h.before), Line("left after", h.time_s, h.after)]
+        panels += [Panel(Column(f"Joint {joint}", of), lines), Panel(Column("What is left", of), left)]
+    return Plot("", Column("Time", "s"), panels, caption, height=1.35, columns=2)
 
 
 def shares(found: TargetResult) -> mpl.Figure:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from identify.reports.explain import tables
-from identify.reports.explain.figure import histories, shares
-from identify.reports.explain.pick import bars, history
-from identify.reports.kit.cells import Column, Curves, Table, sentence, words
+from identify.reports.explain.figure import History, bars, histories, history, shares
+from identify.reports.kit.cells import Column, Curves, Table, sentence, several, words
 from identify.reports.kit.report import (
     EVERYWHERE,
     PAGE,
@@ -21,6 +19,7 @@ from identify.reports.kit.report import (
     Fold,
     Heading,
     Part,
+    Parts,
     Pickers,
     Report,
     Section,
@@ -40,59 +39,60 @@ _BARS = (
 
 def report(result: ExplainResult) -> Report:
     """What is said of an explained motion."""
-    sections = [_target(found) for found in result.targets.values()]
+    targets = [
+        Section(one.target, tables.title(one), [*_target(one), *_tables(one)])
+        for one in result.targets.values()
+    ]
+    unknown = Section("unknown", "What these records cannot say", _unknown(result), "Cannot say")
+    return Report(tables.tiles(result), (), [*targets, unknown, *origin(result)])
+
+
+def _unknown(result: ExplainResult) -> Parts:
     unknown = [sentence(text) for text in result.unknown]
-    treated = Table(
-        "Records", (words("Record and treatment"),), tuple((text,) for text in result.conditioning)
-    )
-    limits: list[Part] = [
+    return [
         Text("These records cannot say:", on=TERMINAL),
         Bullets([f"- {text}" for text in unknown], on=TERMINAL),
         Bullets(unknown),
         Heading("What was done to the records"),
         Bullets([sentence(text) for text in result.conditioning], on=PAGE),
-        Tabular(treated, on=PRINT),
+        Tabular(Table("Records", [words("Record and treatment", result.conditioning)]), on=PRINT),
     ]
-    sections.append(Section("unknown", "What these records cannot say", limits, "Cannot say"))
-    return Report(tables.tiles(result), (), [*sections, *origin(result)])
 
 
-def _target(found: TargetResult) -> Section:
+def _target(found: TargetResult) -> Iterator[Part]:
     """What is left and how it was explained; the page shows one record and one joint at a time."""
-    name, title = found.target, tables.title(found)
-    picked = (("Record", f"{name}-record", ()), ("Joint", f"{name}-joint", ()))
-    parts: list[Part] = [Tabular(tables.residual_table(found), on=EVERYWHERE), Pickers(picked)]
-    parts.append(Drawing(f"{name}-history"))
+    name = found.target
+    yield Tabular(tables.residual_table(found), on=EVERYWHERE)
+    yield Pickers((("Record", f"{name}-record", ()), ("Joint", f"{name}-joint", ())))
+    yield Drawing(f"{name}-history", page={"targets": [_data(found)]}, scripts=("explain.js",))
     for curves in found.curves.values():
-        figure, data = partial(histories, found, curves), partial(_curves, found, curves)
-        parts.append(Drawing("", figure, f"Record {_record_name(curves)}.", data))
+        plot = histories(found, curves, f"Record {_record_name(curves)}.")
+        yield plot.printed(partial(_curves, found, curves))
     if found.steps.name:
-        parts.append(Heading("What each effect took away, and the gap"))
-        parts.append(Drawing(f"{name}-shares", partial(shares, found), _BARS, note=_BARS))
-    return Section(name, title, [*parts, *_tables(found)], data=_data(found), scripts=("explain.js",))
+        yield Heading("What each effect took away, and the gap")
+        yield Drawing(f"{name}-shares", partial(shares, found), _BARS, partial(_shares, found), _BARS)
 
 
-def _tables(found: TargetResult) -> list[Part]:
+def _tables(found: TargetResult) -> Iterator[Part]:
     """The effects, and folded on the page, how they were found, their values, and what was not found."""
-    parts: list[Part] = []
     effects = tables.effect_table(found)
     if effects.rows:
         brief = tuple(column.heading for column in effects.columns[: 2 + len(found.joints)])
-        parts.append(Tabular(effects, True, f"{found.target}-effects", terminal=brief, on=EVERYWHERE))
-        read = zip(found.effects.name, found.effects.reading, strict=True)
-        parts += [Text(f"{found.words(name)}: {reading}", on=TERMINAL) for name, reading in read if reading]
+        yield Tabular(effects, True, f"{found.target}-effects", terminal=brief, on=EVERYWHERE)
+        for name, reading in zip(found.effects.name, found.effects.reading, strict=True):
+            if reading:
+                yield Text(f"{found.words(name)}: {reading}", on=TERMINAL)
     if found.effects.name and found.pairs.fitted:
-        parts.append(Heading("Every pair of records"))
-        parts.append(Tabular(tables.pair_table(found), on=EVERYWHERE))
+        yield Heading("Every pair of records")
+        yield Tabular(tables.pair_table(found), on=EVERYWHERE)
     for table in (tables.step_table(found), tables.value_table(found), tables.bound_table(found)):
         if table.rows:
-            parts.append(Fold(table.title, [Tabular(table)]))
-    return parts
+            yield Fold(table.title, [Tabular(table)])
 
 
 def _data(found: TargetResult) -> dict[str, Any]:
     names, values = bars(found)
-    target = {
+    return {
         "name": found.target,
         "unit": tables.scale(found)[1],
         "joints": found.joints,
@@ -101,26 +101,38 @@ def _data(found: TargetResult) -> dict[str, Any]:
         "shares": values.T,
         "gap": [found.gap_start, found.gap],
     }
-    return {"targets": [target]}
+
+
+def _shares(found: TargetResult) -> list[Table]:
+    """The numbers behind the bars: by effect, and by joint."""
+    names, values = bars(found)
+    joints = [f"Joint {joint}" for joint in found.joints]
+    gaps = Column("Gap before", "", found.gap_start), Column("Gap after", "", found.gap)
+    effects = [words("Effect", names), *several(joints, "% of the squares at first", values)]
+    return [Table("effects", effects), Table("gap", [words("Joint", found.joints), *gaps])]
 
 
 def _record_name(curves: Recorded) -> str:
     return f"{curves.name}, {_USE[curves.use]}"
 
 
+def _joints(found: TargetResult, curves: Recorded) -> list[History]:
+    return [history(found, curves, row) for row in range(len(found.joints))]
+
+
 def _record(found: TargetResult, curves: Recorded) -> dict[str, Any]:
-    joints = [vars(history(found, curves, row)) for row in range(len(found.joints))]
-    time_s = joints[0]["time_s"]
-    shown = [{name: values for name, values in one.items() if name != "time_s"} for one in joints]
-    return {"name": _record_name(curves), "time": time_s, "joints": shown}
+    shown = [
+        {name: values for name, values in vars(one).items() if name != "time_s"}
+        for one in _joints(found, curves)
+    ]
+    return {"name": _record_name(curves), "time": curves.time_s, "joints": shown}
 
 
 def _curves(found: TargetResult, curves: Recorded) -> list[Curves]:
     """The numbers behind the histories: a set per joint."""
-    unit, sets = tables.scale(found)[1], []
-    columns = (Column("Time", "s"), *(Column(name, unit) for name in ("Measured", "Known", "Explained")))
-    for row, joint in enumerate(found.joints):
-        h = history(found, curves, row)
-        title = f"{tables.title(found)}, record {curves.name}, joint {joint}"
-        sets.append(Curves(title, columns, np.column_stack([h.time_s, h.measured, h.known, h.explained])))
+    of, sets = tables.scale(found)[1], []
+    for joint, h in zip(found.joints, _joints(found, curves), strict=True):
+        named = (("Measured", h.measured), ("Known", h.known), ("Explained", h.explained))
+        columns = [Column("Time", "s", h.time_s), *(Column(name, of, values) for name, values in named)]
+        sets.append(Curves(f"{tables.title(found)}, record {curves.name}, joint {joint}", columns))
     return sets

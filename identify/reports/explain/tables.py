@@ -1,11 +1,23 @@
-"""The tables of an explained motion, as finished text; terminal, HTML and PDF print the same ones."""
+"""The tables of an explained motion."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.kit.cells import NONE, Column, Table, number, words
-from identify.reports.kit.cells import unit as printed
+from identify.core.arrays import Array
+from identify.reports.kit.cells import (
+    NONE,
+    Column,
+    Table,
+    digits,
+    interval,
+    number,
+    ready,
+    several,
+    unit,
+    words,
+)
+from identify.reports.kit.report import Tiles
 from identify.results.explain import ExplainResult, TargetResult
 
 _TITLE = {
@@ -13,8 +25,6 @@ _TITLE = {
     "deflection": "Motor-side minus link-side position",
     "tracking": "Tracking error",
 }
-_OPTIONAL = ("Reading", "Not distinguishable from")
-"""Columns of effects that are left out where they say nothing."""
 _SCALE = {"N m": (1.0, "N m"), "rad": (1e3 * 180 / np.pi, "m°")}
 
 
@@ -28,204 +38,137 @@ def scale(found: TargetResult) -> tuple[float, str]:
     return _SCALE[found.unit]
 
 
-def tiles(result: ExplainResult) -> tuple[tuple[str, str, str], ...]:
-    """The few numbers that are read first: (what, value, what it means)."""
+def tiles(result: ExplainResult) -> Tiles:
+    """The few numbers that are read first."""
     shown = []
     for found in result.targets.values():
         total = 1 - float((found.rms_judge**2).sum() / (found.rms_judge_start**2).sum())
         joints = f"of joints {', '.join(map(str, found.joints))}, squares on the held-out record"
-        shown.append((f"{title(found).split(' (')[0]} explained", f"{number(100 * total, 3)} %", joints))
+        shown.append((f"{title(found)} explained", f"{number(100 * total, 3)} %", joints))
     count = sum(len(found.effects.name) for found in result.targets.values())
     tried = sum(found.tried for found in result.targets.values())
     return (*shown, ("Effects", str(count), f"of {tried} that were tried"))
 
 
+def _levels(found: TargetResult, name: str, before: Array, after: Array) -> list[Column]:
+    """RMS per joint, before and after."""
+    factor, of = scale(found)
+    sides = (("before", before), ("after", after))
+    return [Column(f"{name}, {side}", of, factor * values, digits(3)) for side, values in sides]
+
+
 def residual_table(found: TargetResult) -> Table:
     """A row per joint: RMS before and after on both records, and the gap."""
-    factor, unit = scale(found)
-    columns: tuple[Column, ...] = (
-        Column("Joint"),
-        Column("Fitted, before", unit),
-        Column("Fitted, after", unit),
-        Column("Held out, before", unit),
-        Column("Held out, after", unit),
-        Column("Explained", "%"),
-        Column("Gap before"),
-        Column("Gap after"),
-    )
-    rows = []
-    for row, joint in enumerate(found.joints):
-        levels = (found.rms_fit_start, found.rms_fit, found.rms_judge_start, found.rms_judge)
-        cells = [number(factor * level[row], 3) for level in levels]
-        ends = (
-            number(100 * found.explained[row], 3),
-            number(found.gap_start[row], 3),
-            number(found.gap[row], 3),
-        )
-        seen = [
-            number(factor * level[row], 3) for t in found.tests.values() for level in (t.rms_start, t.rms)
-        ]
-        rows.append((str(joint), *cells, *ends, *seen))
+    columns = [
+        Column("Joint", "", map(str, found.joints), ready),
+        *_levels(found, "Fitted", found.rms_fit_start, found.rms_fit),
+        *_levels(found, "Held out", found.rms_judge_start, found.rms_judge),
+        Column("Explained", "%", 100 * found.explained, digits(3)),
+        Column("Gap before", "", found.gap_start, digits(3)),
+        Column("Gap after", "", found.gap, digits(3)),
+    ]
     note = (
         "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
     )
-    for test in found.tests:
-        columns += (Column(f"{test}, before", unit), Column(f"{test}, after", unit))
+    for name, test in found.tests.items():
+        columns += _levels(found, name, test.rms_start, test.rms)
     if found.tests:
         note += f" Nothing depended on {' and '.join(found.tests)}."
-    return Table(f"{title(found)}: what is left", columns, tuple(rows), note)
+    return Table(f"{title(found)}: what is left", columns, note)
 
 
 def effect_table(found: TargetResult) -> Table:
-    """A row per effect, strongest evidence first."""
-    columns = (
-        words("Effect"),
-        Column("Evidence"),
-        *(Column(f"Joint {joint}", "%") for joint in found.joints),
-        words("Reading"),
-        words("Not distinguishable from"),
-        words("Name"),
-    )
+    """A row per effect, strongest evidence first; readings and rivals only where there are any."""
     e = found.effects
-    rows = [
-        (
-            e.sentence[row] or e.name[row],
-            number(e.evidence[row], 3),
-            *(_percent(value) for value in e.share[row]),
-            e.reading[row] or NONE,
-            found.words(e.rivals[row]) if e.rivals[row] else NONE,
-            e.name[row],
-        )
-        for row in range(len(e.name))
+    said = [
+        ("Reading", [reading or NONE for reading in e.reading]),
+        ("Not distinguishable from", [found.words(rivals) if rivals else NONE for rivals in e.rivals]),
+    ]
+    columns = [
+        words("Effect", [sentence or name for sentence, name in zip(e.sentence, e.name, strict=True)]),
+        Column("Evidence", "", e.evidence, digits(3)),
+        *(Column(f"Joint {joint}", "%", e.share[:, n], _share) for n, joint in enumerate(found.joints)),
+        *(words(heading, texts) for heading, texts in said if set(texts) - {NONE}),
+        words("Name", e.name),
     ]
     note = (
         "By evidence on the held-out record (ln of the likelihood ratio, residuals correlated in time). Per"
         " joint: the part of the squares left on the held-out record without this effect that it takes away,"
         " all others staying. Not distinguishable from: effects that would do about as well in its place."
     )
-    used = [n for n, column in enumerate(columns) if column.heading not in _OPTIONAL or _said(rows, n)]
-    kept = tuple(tuple(row[n] for n in used) for row in rows)
-    return Table(f"{title(found)}: effects", tuple(columns[n] for n in used), kept, note)
+    return Table(f"{title(found)}: effects", columns, note)
 
 
-def _said(rows: list[tuple[str, ...]], column: int) -> bool:
-    return any(row[column] != NONE for row in rows)
-
-
-def _percent(share: float) -> str:
+def _share(share: float) -> str:
     return NONE if np.isnan(share) or abs(share) < 5e-4 else number(100 * share, 3)
 
 
 def step_table(found: TargetResult) -> Table:
     """How the effects were found, one a row."""
-    factor, unit = scale(found)
-    columns = (
-        words("Step"),
-        words("Effect added"),
-        Column("Evidence"),
-        *(Column(f"RMS joint {joint}", unit) for joint in found.joints),
-    )
-    s = found.steps
-    rows = [("0", NONE, NONE, *(number(factor * value, 3) for value in found.rms_judge_start))]
-    for row, name in enumerate(s.name):
-        rows.append(
-            (
-                str(row + 1),
-                found.words(name),
-                number(s.evidence[row], 3),
-                *(number(factor * value, 3) for value in s.rms_judge[row]),
-            )
-        )
+    (factor, of), s = scale(found), found.steps
+    levels = factor * np.vstack([found.rms_judge_start, s.rms_judge])
+    columns = [
+        words("Step", range(len(levels))),
+        words("Effect added", [NONE, *map(found.words, s.name)]),
+        Column("Evidence", "", [np.nan, *s.evidence], digits(3)),
+        *several([f"RMS joint {joint}" for joint in found.joints], of, levels, digits(3)),
+    ]
     note = (
         "RMS on the held-out record after each step. An effect that was found and is not among the effects"
         " above was no longer needed."
     )
-    return Table(f"{title(found)}: how they were found", columns, tuple(rows), note)
+    return Table(f"{title(found)}: how they were found", columns, note)
 
 
 def value_table(found: TargetResult) -> Table:
     """Values with intervals, and the same from the held-out record alone."""
-    columns = (
-        words("Effect"),
-        words("Value"),
-        Column("Fitted"),
-        Column("95 %"),
-        Column("Held-out record alone"),
-        Column("95 %"),
-        words("Unit"),
-    )
     v = found.values
-    rows = [
-        (
-            found.words(v.effect[row]),
-            v.name[row] + (" (at the end of its range)" if v.at_edge[row] else ""),
-            number(v.value[row]),
-            _interval(v.low_95[row], v.high_95[row]),
-            number(v.other[row]),
-            _interval(v.other_low_95[row], v.other_high_95[row]),
-            printed(v.unit[row]),
-        )
-        for row in range(len(v.name))
+    names = zip(v.name, v.at_edge, strict=True)
+    columns = [
+        words("Effect", map(found.words, v.effect)),
+        words("Value", [name + (" (at the end of its range)" if at_edge else "") for name, at_edge in names]),
+        Column("Fitted", "", v.value),
+        Column("95 %", "", map(interval, v.low_95, v.high_95), ready),
+        Column("Held-out record alone", "", v.other),
+        Column("95 %", "", map(interval, v.other_low_95, v.other_high_95), ready),
+        words("Unit", map(unit, v.unit)),
     ]
     note = (
         "Intervals take into account that residuals are correlated in time; they hold as far as the"
         " effects found are all there are."
     )
-    return Table(f"{title(found)}: values", columns, tuple(rows), note)
+    return Table(f"{title(found)}: values", columns, note)
 
 
 def bound_table(found: TargetResult) -> Table:
     """Effects with one number that were not found: what it would be."""
-    columns = (words("Not found"), Column("Would be"), Column("95 %"), words("Unit"))
     b = found.bounds
-    rows = [
-        (
-            found.words(b.effect[row]),
-            number(b.value[row], 3),
-            _interval(b.low_95[row], b.high_95[row]),
-            printed(b.unit[row]),
-        )
-        for row in range(len(b.effect))
+    columns = [
+        words("Not found", map(found.words, b.effect)),
+        Column("Would be", "", b.value, digits(3)),
+        Column("95 %", "", map(interval, b.low_95, b.high_95), ready),
+        words("Unit", map(unit, b.unit)),
     ]
     note = (
         "Added to the effects found, on the fitted record; an interval without zero is not enough, because"
         " the held-out record must agree."
     )
-    return Table(f"{title(found)}: tried and not found", columns, tuple(rows), note)
+    return Table(f"{title(found)}: tried and not found", columns, note)
 
 
 def pair_table(found: TargetResult) -> Table:
     """A row per pair of records: what is left, and which effects that pair does not confirm."""
-    factor, unit = scale(found)
-    p = found.pairs
-    columns = (
-        words("Fitted to"),
-        words("Judged by"),
-        *(Column(f"RMS joint {joint}", unit) for joint in found.joints),
-        *(Column(f"Explained {joint}", "%") for joint in found.joints),
-        words("Not confirmed"),
-    )
-    rows = [
-        (
-            p.fitted[row],
-            p.judge[row],
-            *(number(factor * value, 3) for value in p.rms[row]),
-            *(number(100 * value, 3) for value in p.explained[row]),
-            _unconfirmed(found, row) or NONE,
-        )
-        for row in range(len(p.fitted))
+    (factor, of), p = scale(found), found.pairs
+    loose = ["; ".join(found.words(p.effect[n]) for n in np.flatnonzero(row <= 0)) for row in p.share]
+    columns = [
+        words("Fitted to", p.fitted),
+        words("Judged by", p.judge),
+        *several([f"RMS joint {joint}" for joint in found.joints], of, factor * p.rms, digits(3)),
+        *several([f"Explained {joint}" for joint in found.joints], "%", 100 * p.explained, digits(3)),
+        words("Not confirmed", [one or NONE for one in loose]),
     ]
     note = (
         "All effects found, fitted to one record alone and judged by another; shapes of waves and orders as"
         " found. Not confirmed: effects whose share, as fitted, leaves the judge no better."
     )
-    return Table(f"{title(found)}: every pair of records", columns, tuple(rows), note)
-
-
-def _unconfirmed(found: TargetResult, row: int) -> str:
-    loose = np.flatnonzero(found.pairs.share[row] <= 0)
-    return "; ".join(found.words(found.pairs.effect[n]) for n in loose)
-
-
-def _interval(low: float, high: float) -> str:
-    return f"{number(low, 3)} to {number(high, 3)}" if np.isfinite([low, high]).all() else NONE
+    return Table(f"{title(found)}: every pair of records", columns, note)

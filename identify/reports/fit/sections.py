@@ -2,19 +2,42 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
-from identify.reports.fit import (
-    data,
-    measurement_tables,
-    pick,
-    search_figure,
-    tables,
-    uncertainty_tables,
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.reports.fit import figures, tables
+from identify.reports.kit.cells import Column, Curves, several, unit
+from identify.reports.kit.report import (
+    EVERYWHERE,
+    PAGE,
+    PRINT,
+    Box,
+    Drawing,
+    Heading,
+    Part,
+    Parts,
+    Report,
+    Section,
+    Tabular,
+    Text,
+    given,
+    note,
+    origin,
 )
-from identify.reports.fit.page_data import channels, measurement_data
-from identify.reports.fit.parts import (
+from identify.reports.shared import data, measurement_tables, robot_figure
+from identify.reports.shared.figures import pair_mac
+from identify.reports.shared.page_data import channels, measurement_data
+from identify.reports.shared.parameters import (
+    PARAMETERS_TERMINAL,
+    between_bounds,
+    free_names,
+    half_interval,
+    parameter_table,
+)
+from identify.reports.shared.parts import (
     error_lists,
     first_shapes,
     frf_picker,
@@ -24,59 +47,36 @@ from identify.reports.fit.parts import (
     stage,
     stages_of,
 )
-from identify.reports.kit import figures, robot_figure
-from identify.reports.kit.cells import Table, unit
-from identify.reports.kit.report import (
-    EVERYWHERE,
-    PAGE,
-    PRINT,
-    Box,
-    Drawing,
-    Heading,
-    Part,
-    Report,
-    Section,
-    Tabular,
-    Text,
-    origin,
-)
-from identify.results.fit import FitResult, FrfComparison, MeasurementResult, ProfileCurve
+from identify.results.fit import FitResult, FrfComparison, MeasurementResult
 
 _STAGE_LINES = "Solid, dashed, dotted: first, second, third stage, which may have costs of their own."
 _MAC = "Modal assurance criterion (MAC) of measured and model modes."
+_CHARTS = ("charts.js",)
+_CURVES = {"measured": "measured", "initial": "start model", "fitted": "fitted"}
 
 
 def report(result: FitResult) -> Report:
     """What is said of a fit."""
-    measurements = list(result.measurements.values())
-    opening: list[Part] = [
+    found = list(result.measurements.values())
+    table = measurement_tables.measurement_table(result)
+    opening: Parts = [
         Text(f"Model: {'; '.join(result.effects)}.", "effects"),
-        Tabular(
-            measurement_tables.measurement_table(result),
-            terminal=("Measurement", "Use", "Data", "Gap"),
-            on=EVERYWHERE,
-        ),
+        Tabular(table, terminal=("Measurement", "Use", "Data", "Gap"), on=EVERYWHERE),
     ]
-    page_data = {
-        "measurements": [measurement_data(m) for m in measurements],
-        "curves": {"measured": "measured", "initial": "start model", "fitted": "fitted"},
-    }
-    charts = ("charts.js",)
+    frfs = [(m, m.frf) for m in found if m.frf is not None]
     sections = [
-        Section("robot", "Robot and mode shapes", _robot(measurements), "Robot", page_data),
-        Section(
-            "parameters", "Parameters", _parameters(result), data=_parameter_data(result), scripts=charts
-        ),
-        Section("modes", "Modes", _modes(result, measurements)),
-        *_frfs(result, measurements),
-        Section("convergence", "Convergence", _convergence(result), data=_search_data(result)),
+        Section("robot", "Robot and mode shapes", _robot(found), "Robot"),
+        Section("parameters", "Parameters", _parameters(result)),
+        Section("modes", "Modes", _modes(result, found)),
+        *(_frfs(result, frfs) if frfs else []),
+        Section("convergence", "Convergence", _convergence(result)),
         Section("identifiability", "Identifiability", _identifiability(result)),
-        *_stated(result),
+        Section("uncertainty", "Stated uncertainty", list(_stated(result))),
     ]
     return Report(tables.tiles(result), opening, [*sections, *origin(result)])
 
 
-def _robot(measurements: list[MeasurementResult]) -> list[Part]:
+def _robot(measurements: list[MeasurementResult]) -> Parts:
     drawn = measurements[: robot_figure.POSTURES]
     first = "" if drawn == measurements else f" The first {len(drawn)} of {len(measurements)} postures."
     caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
@@ -89,60 +89,65 @@ def _robot(measurements: list[MeasurementResult]) -> list[Part]:
         caption,
         lambda: [data.geometry(m.name, m.geometry) for m in measurements],
     )
-    return [stage(measurements, stages_of(measurements)), postures, first_shapes(measurements[0], "model")]
-
-
-def _view(m: MeasurementResult) -> robot_figure.PostureView:
-    outputs, inputs = channels(m.frf) or ((), ())
-    return robot_figure.PostureView(f"{m.name}, {measurement_tables.use(m)}", m.geometry, outputs, inputs)
-
-
-def _titled(table: Table | None) -> list[Part]:
-    return [] if table is None else [Tabular(table, heading=True)]
-
-
-def _parameters(result: FitResult) -> list[Part]:
-    table = tables.parameter_rows(result.parameters)
-    caption = "Start and fitted values between their bounds, and the size of the 95 % intervals."
+    page = {"measurements": [measurement_data(m) for m in measurements], "curves": _CURVES}
     return [
-        Tabular(table, sort="parameters", terminal=tables.PARAMETERS_TERMINAL, on=EVERYWHERE),
-        Drawing("parameter-plot", partial(figures.parameters, result), caption, lambda: [table]),
-        *_profiles(result),
-        *_titled(tables.published_table(result)),
+        stage(measurements, stages_of(measurements), page),
+        postures,
+        first_shapes(measurements[0], "model"),
     ]
 
 
-def _profiles(result: FitResult) -> list[Part]:
-    if not result.profiles:
-        return []
-    caption = "Profile likelihood: rise of chi-square, all other parameters fitted again; dotted: 3.84."
-    plots = [Drawing(f"profile-{k}") for k in range(len(result.profiles))]
-    printed = Drawing("", partial(figures.profiles, result), caption, partial(data.profiles, result))
-    return [*_titled(tables.profile_table(result)), Box("columns some", plots), printed]
+def _view(m: MeasurementResult) -> robot_figure.PostureView:
+    return robot_figure.PostureView(f"{m.name}, {measurement_tables.use(m)}", m.geometry, *channels(m.frf))
 
 
-def _modes(result: FitResult, measurements: list[MeasurementResult]) -> list[Part]:
+def _parameters(result: FitResult) -> Parts:
+    p, table = result.parameters, parameter_table(result.parameters)
+    caption = "Start and fitted values between their bounds, and the size of the 95 % intervals."
+    places = {key: between_bounds(p, getattr(p, key)) for key in figures.PLACES}
+    own = {"name": list(p.name), "status": list(p.status), "half": 100 * half_interval(p), **places}
+    page = {"parameters": own, "free": free_names(p)}
+    figure = partial(figures.parameters, result)
+    return [
+        Tabular(table, sort="parameters", terminal=PARAMETERS_TERMINAL, on=EVERYWHERE),
+        Drawing("parameter-plot", figure, caption, lambda: [table], page=page, scripts=_CHARTS),
+        given(tables.profile_table(result)),
+        figures.profiles(result).drawing(partial(_profiles, result)) if result.profiles else None,
+        given(tables.published_table(result)),
+    ]
+
+
+def _profiles(result: FitResult) -> list[Curves]:
+    units = dict(zip(result.parameters.name, result.parameters.unit, strict=True))
+    return [
+        Curves(
+            name, [Column(name, unit(units[name]), one.values), Column("Rise of chi-square", "", one.rise)]
+        )
+        for name, one in result.profiles.items()
+    ]
+
+
+def _modes(result: FitResult, measurements: list[MeasurementResult]) -> Parts:
     boxes = [_mode_box(k, m) for k, m in enumerate(measurements)]
-    matrices = [found for found in map(figures.pair_mac, measurements) if found]
-    return [Box("columns", boxes), *_titled(tables.published_modes_table(result)), *mac(matrices, _MAC)]
+    matrices = [found for found in map(pair_mac, measurements) if found]
+    return [Box("columns", boxes), given(tables.published_modes_table(result)), *mac(matrices, _MAC)]
 
 
 def _mode_box(k: int, m: MeasurementResult) -> Box:
     use = "" if m.use == "fit" else f", {measurement_tables.use(m)}"
-    table = Tabular(
-        measurement_tables.mode_table(m), terminal=measurement_tables.MODES_TERMINAL, on=EVERYWHERE
-    )
-    plot = [Drawing(f"mac-{k}", look="mac")] if m.pairs and m.pairs.mac_matrix is not None else []
-    pairs = Box("pairs", [Box("table", [table]), *plot])
+    brief = measurement_tables.MODES_TERMINAL
+    table = Tabular(measurement_tables.mode_table(m), terminal=brief, on=EVERYWHERE)
+    plot = Drawing(f"mac-{k}", look="mac") if m.pairs and m.pairs.mac_matrix is not None else None
+    pairs = Box("pairs", [Box("table", [table]), plot])
     return Box(f"block{' wide' if m.pairs else ''}", [Heading(f"{m.name}{use}"), pairs])
 
 
-def _frfs(result: FitResult, measurements: list[MeasurementResult]) -> list[Section]:
-    found = [(m, m.frf) for m in measurements if m.frf is not None]
-    if not found:
-        return []
+def _frfs(result: FitResult, found: list[tuple[MeasurementResult, FrfComparison]]) -> list[Section]:
+    measurements = list(result.measurements.values())
     named = [(m.name, frf) for m, frf in found]
-    printed = [part for m, frf in found for part in _printed_frfs(m, frf)]
+    printed: list[Part] = []
+    for m, frf in found:
+        printed += [Heading(f"{m.name}, {measurement_tables.use(m)}", on=PRINT), *overlays(m.name, frf)]
     lists = error_lists([measurement_tables.frf_table(name, frf) for name, frf in named])
     return [
         Section("frf", "Frequency response functions", [frf_picker(measurements, True), *printed], "FRFs"),
@@ -151,41 +156,69 @@ def _frfs(result: FitResult, measurements: list[MeasurementResult]) -> list[Sect
     ]
 
 
-def _printed_frfs(m: MeasurementResult, frf: FrfComparison) -> list[Part]:
-    return [Heading(f"{m.name}, {measurement_tables.use(m)}", on=PRINT), *overlays(m.name, frf)]
-
-
-def _convergence(result: FitResult) -> list[Part]:
+def _convergence(result: FitResult) -> Parts:
+    p, starts, lines = result.parameters, result.starts, figures.cost_lines(result.history)
+    sides = {
+        key: between_bounds(p, values)[:, p.free]
+        for key, values in (("initial", starts.initial), ("final", starts.final))
+    }
     history = Drawing(
         "history-plot",
         partial(figures.convergence, result),
         f"Best cost over evaluations. {_STAGE_LINES}",
-        lambda: [data.history(result)],
+        lambda: [_history(result.history)],
+        page={"history": lines, "cost": result.cost_kind},
     )
-    starts = Drawing(
+    ends = Drawing(
         "starts-plot",
-        partial(search_figure.starts, result),
+        partial(figures.starts, result),
         "Free parameters before and after every start.",
-        partial(data.starts, result),
+        partial(_starts, result),
+        page={"starts": {"cost": starts.cost, **sides}},
     )
-    titled = [
-        Box("block", [Heading(title, on=PAGE), plot])
-        for title, plot in (
-            ("Best cost over the evaluations", history),
-            ("Parameters before and after every start", starts),
-        )
+    plots = [
+        Box("block", [Heading("Best cost over the evaluations", on=PAGE), history]),
+        Box("block", [Heading("Parameters before and after every start", on=PAGE), ends]),
     ]
-    note = Text(_STAGE_LINES, "note", PAGE)
-    return [Box("columns two", titled), note, Tabular(tables.start_table(result), sort="starts")]
+    table = Tabular(tables.start_table(result), sort="starts")
+    return [Box("columns two", plots), note(_STAGE_LINES), table]
 
 
-def _identifiability(result: FitResult) -> list[Part]:
+def _history(history: Array) -> Curves:
+    """The best cost of every start and stage over evaluations and time."""
+    heads = ("Start", "Stage", "Evaluations of the stage", "Best cost")
+    counted = history[:, :5] + np.array([1, 1, 0, 0, 0])
+    return Curves("convergence", [*several(heads, "", counted[:, :4]), Column("Time", "s", counted[:, 4])])
+
+
+def _starts(result: FitResult) -> list[Curves]:
+    """The parameters before and after every start, a row per start."""
+    p, s = result.parameters, result.starts
+    number = Column("Start", "", np.arange(1, len(s.cost) + 1))
+    return [
+        Curves(
+            side,
+            [
+                number,
+                *(Column(p.name[k], unit(p.unit[k]), own) for k, own in enumerate(np.transpose(values))),
+            ],
+        )
+        for side, values in (("before", s.initial), ("after", s.final))
+    ]
+
+
+def _identifiability(result: FitResult) -> Parts:
     groups = "; ".join(result.inseparable)
     said = f"Not separable by these data: {groups}." if groups else "The data separate all free parameters."
-    singular = Drawing("singular-plot", note="Triangles: below 0.01.")
-    figure = partial(search_figure.correlation, result) if len(result.correlation) > 1 else None
+    singular = Drawing(
+        "singular-plot", note="Triangles: below 0.01.", page={"singular": result.singular_values}
+    )
     correlation = Drawing(
-        "correlation-plot", figure, "Correlation of the estimates.", lambda: [data.correlation(result)]
+        "correlation-plot",
+        partial(figures.correlation, result) if len(result.correlation) > 1 else None,
+        "Correlation of the estimates.",
+        lambda: [Curves("correlation", several(free_names(result.parameters), "", result.correlation))],
+        page={"correlation": result.correlation},
     )
     plots = [
         Box("block", [Heading("Singular values", on=PAGE), singular]),
@@ -194,55 +227,10 @@ def _identifiability(result: FitResult) -> list[Part]:
     return [Text(said), Box("columns two", plots), Tabular(tables.direction_table(result))]
 
 
-def _stated(result: FitResult) -> list[Section]:
+def _stated(result: FitResult) -> Iterator[Part]:
     """What was stated to be uncertain, and what became of it."""
     stated = result.uncertainty
-    if stated is None:
-        return []
-    tables_of = [
-        Tabular(uncertainty_tables.part_table(result, stated), heading=True),
-        Tabular(uncertainty_tables.error_table(stated), heading=True, limit=30),
-    ]
-    said = " ".join(stated.sentences) or "No error of what was told is larger than was stated."
-    return [Section("uncertainty", "Stated uncertainty", [Text(said), *tables_of])]
-
-
-def _parameter_data(result: FitResult) -> dict[str, Any]:
-    p = result.parameters
-    places = {
-        key: pick.between_bounds(p, getattr(p, key)) for key in ("initial", "value", "low_95", "high_95")
-    }
-    own = {"name": list(p.name), "status": list(p.status), "half": 100 * pick.half_interval(p), **places}
-    return {
-        "parameters": own,
-        "free": [name for name, is_free in zip(p.name, p.free, strict=True) if is_free],
-        "profiles": [_profile(result, name, curve) for name, curve in result.profiles.items()],
-    }
-
-
-def _profile(result: FitResult, name: str, curve: ProfileCurve) -> dict[str, Any]:
-    p = result.parameters
-    row = p.name.index(name)
-    label = f"{name} ({unit(p.unit[row])})"
-    return {
-        "label": label,
-        "log": bool(p.log[row]),
-        "values": curve.values,
-        "rise": curve.rise,
-        "best": p.value[row],
-    }
-
-
-def _search_data(result: FitResult) -> dict[str, Any]:
-    p, starts = result.parameters, result.starts
-    return {
-        "correlation": result.correlation,
-        "singular": result.singular_values,
-        "starts": {
-            "cost": starts.cost,
-            "initial": pick.between_bounds(p, starts.initial)[:, p.free],
-            "final": pick.between_bounds(p, starts.final)[:, p.free],
-        },
-        "history": pick.cost_lines(result.history),
-        "cost": result.cost_kind,
-    }
+    if stated is not None:
+        yield Text(" ".join(stated.sentences) or "No error of what was told is larger than was stated.")
+        yield Tabular(tables.part_table(result, stated), heading=True)
+        yield Tabular(tables.stated_table(stated), heading=True, limit=30)

@@ -1,70 +1,40 @@
-"""The tables of a run, as finished text: parameters, starts, identifiability, provenance; HTML and PDF print
-the same ones.
-"""
+"""The tables of a fit: what was published, starts, profiles, identifiability, stated uncertainty."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from identify.reports.fit.pick import half_interval, interval_limits
-from identify.reports.kit.cells import NONE, Column, Table, number, percent, signed, unit, words
-from identify.results.fit import FitResult
-from identify.results.tables import ParameterTable
+from identify.reports.kit.cells import (
+    NONE,
+    Column,
+    Table,
+    digits,
+    number,
+    percent,
+    several,
+    unit,
+    whole,
+    words,
+)
+from identify.reports.kit.report import Tiles
+from identify.reports.shared.measurement_tables import DIFFERENCE
+from identify.reports.shared.parameters import free_names
+from identify.results.fit import FitResult, StatedUncertainty
 
-PARAMETERS_TERMINAL = ("Parameter", "Fitted", "Unit", "95 % from", "to", "±", "Identifiability")
-"""The columns of the table of parameters that a terminal has room for."""
+_UNITS = {"m": ("mm", 1e3), "rad": ("°", 180 / np.pi), "1": ("%", 100.0), "s": ("µs", 1e6)}
+"""Unit and factor in which errors of each SI unit are printed."""
 
 
-def tiles(result: FitResult) -> tuple[tuple[str, str, str], ...]:
-    """The few numbers that are read first: (what, value, what it means)."""
+def tiles(result: FitResult) -> Tiles:
+    """The few numbers that are read first."""
     status = [s for s, free in zip(result.parameters.status, result.parameters.free, strict=True) if free]
-    determined = sum(s == "determined" for s in status)
     ended = "the best start ended as it should" if result.converged else "the best start did not converge"
     return (
         ("Gap, fitted data", number(result.gap), "residual over noise; 1 is perfect"),
         ("Gap, validation", number(result.gap_validation), "the same on data that were not fitted"),
-        ("Parameters", f"{determined} of {len(status)}", "determined by the data"),
+        ("Parameters", f"{status.count('determined')} of {len(status)}", "determined by the data"),
         (f"Cost, {result.cost_kind}", number(result.cost), ended),
     )
-
-
-def parameter_rows(p: ParameterTable) -> Table:
-    """Fitted values with intervals, start values and bounds."""
-    rows = []
-    half, (low, high) = 100 * half_interval(p), interval_limits(p)
-    for i, name in enumerate(p.name):
-        free = bool(p.free[i])
-        interval = (number(low[i]), number(high[i]), number(half[i], 2)) if free else (NONE,) * 3
-        limits = (number(p.lower[i]), number(p.upper[i]))
-        rows.append(
-            (
-                name,
-                number(p.value[i]),
-                unit(p.unit[i]),
-                *interval,
-                number(p.initial[i]),
-                *limits,
-                p.status[i],
-            )
-        )
-    columns = (
-        words("Parameter"),
-        Column("Fitted"),
-        words("Unit"),
-        Column("95 % from"),
-        Column("to"),
-        Column("±", "%"),
-        Column("Start"),
-        Column("Lower bound"),
-        Column("Upper bound"),
-        words("Identifiability"),
-    )
-    note = (
-        "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two;"
-        " not determined: it reaches beyond a factor of seven. At a bound: the fit would take the value"
-        " further than it may, and the interval has one side."
-    )
-    return Table("Parameters", columns, tuple(rows), note)
 
 
 def published_table(result: FitResult) -> Table | None:
@@ -72,19 +42,15 @@ def published_table(result: FitResult) -> Table | None:
     published, p = result.published, result.parameters
     if published is None or not np.isfinite(published.value).any():
         return None
-    rows = [
-        (
-            name,
-            number(p.value[i]),
-            number(published.value[i]),
-            number(p.value[i] / published.value[i]),
-            unit(p.unit[i]),
-        )
-        for i, name in enumerate(p.name)
-        if np.isfinite(published.value[i])
+    rows = np.flatnonzero(np.isfinite(published.value))
+    columns = [
+        words("Parameter", [p.name[i] for i in rows]),
+        Column("Fitted", "", p.value[rows]),
+        Column("Published", "", published.value[rows]),
+        Column("Ratio", "", p.value[rows] / published.value[rows]),
+        words("Unit", [unit(p.unit[i]) for i in rows]),
     ]
-    columns = (words("Parameter"), Column("Fitted"), Column("Published"), Column("Ratio"), words("Unit"))
-    return Table("Published parameters", columns, tuple(rows), f"Published: {published.source}.")
+    return Table("Published parameters", columns, f"Published: {published.source}.")
 
 
 def published_modes_table(result: FitResult) -> Table | None:
@@ -97,38 +63,19 @@ def published_modes_table(result: FitResult) -> Table | None:
     first = next(iter(result.measurements.values()))
     count = min(len(published.frequency_hz), len(first.modes.frequency_hz))
     order = np.argsort(published.frequency_hz)[:count]
-    rows = []
-    for i, (hz, ratio) in enumerate(
-        zip(published.frequency_hz[order], published.damping_ratio[order], strict=True)
-    ):
-        model_hz, model_ratio = first.modes.frequency_hz[i], first.modes.damping_ratio[i]
-        errors = signed(100 * (model_hz / hz - 1), 3), signed(100 * (model_ratio - ratio), 3)
-        rows.append(
-            (
-                str(i + 1),
-                number(model_hz),
-                number(hz),
-                errors[0],
-                percent(model_ratio),
-                percent(ratio),
-                errors[1],
-            )
-        )
-    columns = (
-        words("Mode"),
-        Column("Model", "Hz"),
-        Column("Published", "Hz"),
-        Column("Error", "%"),
-        Column("Model damping", "%"),
-        Column("Published damping", "%"),
-        Column("Difference", "points"),
-    )
-    return Table(
-        f"Published modes, {first.name}",
-        columns,
-        tuple(rows),
-        f"Published: {published.source}. In order of frequency.",
-    )
+    hz, ratio = published.frequency_hz[order], published.damping_ratio[order]
+    own, damping = first.modes.frequency_hz[:count], first.modes.damping_ratio[:count]
+    columns = [
+        words("Mode", range(1, count + 1)),
+        Column("Model", "Hz", own),
+        Column("Published", "Hz", hz),
+        Column("Error", "%", 100 * (own / hz - 1), DIFFERENCE),
+        Column("Model damping", "%", damping, percent),
+        Column("Published damping", "%", ratio, percent),
+        Column("Difference", "points", 100 * (damping - ratio), DIFFERENCE),
+    ]
+    note = f"Published: {published.source}. In order of frequency."
+    return Table(f"Published modes, {first.name}", columns, note)
 
 
 def profile_table(result: FitResult) -> Table | None:
@@ -137,68 +84,90 @@ def profile_table(result: FitResult) -> Table | None:
     """
     if not result.profiles:
         return None
-    p, rows = result.parameters, []
-    for name, profile in result.profiles.items():
-        i = p.name.index(name)
-        rows.append(
-            (
-                name,
-                number(p.value[i]),
-                *map(number, (profile.low, profile.high, p.low_95[i], p.high_95[i])),
-                unit(p.unit[i]),
-            )
-        )
-    columns = (
-        words("Parameter"),
-        Column("Fitted"),
-        Column("Profile from"),
-        Column("to"),
-        Column("Linear from"),
-        Column("to"),
-        words("Unit"),
-    )
+    p, found = result.parameters, list(result.profiles.values())
+    rows = [p.name.index(name) for name in result.profiles]
+    columns = [
+        words("Parameter", result.profiles),
+        Column("Fitted", "", p.value[rows]),
+        Column("Profile from", "", [one.low for one in found]),
+        Column("to", "", [one.high for one in found]),
+        Column("Linear from", "", p.low_95[rows]),
+        Column("to", "", p.high_95[rows]),
+        words("Unit", [unit(p.unit[row]) for row in rows]),
+    ]
     note = f"Where chi-square rises by 3.84, all others fitted again; {NONE}: it does not rise so far."
-    return Table("Profile likelihood, 95 %", columns, tuple(rows), note)
+    return Table("Profile likelihood, 95 %", columns, note)
 
 
 def start_table(result: FitResult) -> Table:
     """One row per start: cost, effort, how it ended."""
-    columns = (
-        words("Start"),
-        Column("Cost"),
-        Column("Evaluations"),
-        Column("Time", "s"),
-        words("Ended as it should"),
-        words("Why it ended"),
-    )
     s = result.starts
-    ended = ["yes" if converged else "no" for converged in s.converged]
-    rows = [
-        (
-            str(i + 1),
-            number(s.cost[i]),
-            str(int(s.evaluations[i])),
-            number(s.seconds[i], 3),
-            ended[i],
-            s.sentence[i],
-        )
-        for i in range(len(s.cost))
+    columns = [
+        words("Start", range(1, len(s.cost) + 1)),
+        Column("Cost", "", s.cost),
+        Column("Evaluations", "", s.evaluations, whole),
+        Column("Time", "s", s.seconds, digits(3)),
+        words("Ended as it should", ["yes" if converged else "no" for converged in s.converged]),
+        words("Why it ended", s.sentence),
     ]
-    return Table("Starts", columns, tuple(rows))
+    return Table("Starts", columns)
 
 
 def direction_table(result: FitResult) -> Table:
     """Directions in parameter space, best determined first, with the parameters that make them."""
-    names = [name for name, free in zip(result.parameters.name, result.parameters.free, strict=True) if free]
-    rows = []
-    for i, (singular, direction) in enumerate(zip(result.singular_values, result.directions, strict=True)):
+    names, singular = free_names(result.parameters), result.singular_values
+    mostly = []
+    for direction in result.directions:
         size = np.abs(direction)
         members = [int(j) for j in np.argsort(-size) if size[j] > 0.3 * size.max()]
-        text = ", ".join(f"{names[j]} ({direction[j]:+.2f})" for j in members)
-        rows.append((str(i + 1), number(singular), number(1 / singular if singular > 0 else np.inf), text))
-    columns = (words("Direction"), Column("Singular value"), Column("Std of ln value"), words("Mostly"))
+        mostly.append(", ".join(f"{names[j]} ({direction[j]:+.2f})" for j in members))
+    columns = [
+        words("Direction", range(1, len(singular) + 1)),
+        Column("Singular value", "", singular),
+        Column("Std of ln value", "", [1 / one if one > 0 else np.inf for one in singular]),
+        words("Mostly", mostly),
+    ]
     note = (
         "Singular values of the residuals' derivatives, in units of noise per unit of ln value (of the value"
         " itself where the scale is linear): above 1 the data determine the direction, below they do not."
     )
-    return Table("Directions", columns, tuple(rows), note)
+    return Table("Directions", columns, note)
+
+
+def stated_table(stated: StatedUncertainty) -> Table:
+    """A row for each error of what was told, the largest first in units of what was stated."""
+    order = np.argsort(-np.abs(stated.shift))
+    units, factors = zip(*(_UNITS[stated.unit[n]] for n in order), strict=True) if len(order) else ((), ())
+    std, shift = np.array(factors) * stated.stated[order], stated.shift[order]
+    columns = [
+        words("Error of", [stated.kind[n] for n in order]),
+        words("Where", [stated.place[n] for n in order]),
+        words("What", [stated.change[n] for n in order]),
+        Column("Fitted", "", shift * std, DIFFERENCE),
+        words("Unit", units),
+        Column("Stated ±", "", std, digits(3)),
+        Column("Over stated", "", shift, DIFFERENCE),
+        Column("Left of ±", "%", stated.spread[order], percent),
+    ]
+    note = (
+        "Fitted along with the parameters where the cost is the likelihood, with what was stated as their"
+        " standard deviation. Beyond 3 the statement was too small, or something is missing from the model;"
+        " 100 % left: the data say nothing."
+    )
+    return Table("Errors of what was told", columns, note)
+
+
+def part_table(result: FitResult, stated: StatedUncertainty) -> Table:
+    """Of each free parameter, the part of the variance behind its interval that comes from each kind of
+    error, and from noise.
+    """
+    p = result.parameters
+    parts = stated.parts[p.free] if p.free.any() else np.full((1, len(stated.kinds)), np.nan)
+    noise = np.maximum(1.0 - parts.sum(axis=1), 0.0)
+    columns = [
+        words("Parameter", free_names(p) or [NONE]),
+        Column("Noise", "%", 100 * noise, digits(2)),
+        *several(stated.kinds, "%", 100 * parts, digits(2)),
+    ]
+    note = "Parts of the variance. What a column says would be gone if that were measured exactly."
+    return Table("Where the intervals come from", columns, note)

@@ -6,11 +6,14 @@ Numbers have four significant digits and a decimal point, so that they can be pa
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array
 from identify.core.text import capital
 
 NONE = "\N{EN DASH}"
@@ -27,47 +30,6 @@ class Number(str):
         made = super().__new__(cls, text)
         made.value = value
         return made
-
-
-@dataclass(frozen=True)
-class Column:
-    """A column: heading, unit (empty: none) and whether it holds numbers, which are set to the right."""
-
-    heading: str
-    unit: str = ""
-    numeric: bool = True
-
-    @property
-    def head(self) -> str:
-        """Heading and unit in a line: `Frequency (Hz)`."""
-        return f"{self.heading} ({self.unit})" if self.unit else self.heading
-
-
-def words(heading: str, unit: str = "") -> Column:
-    """A column of text, which is set to the left."""
-    return Column(heading, unit, numeric=False)
-
-
-@dataclass(frozen=True)
-class Table:
-    """Rows of finished text under their columns; note: a sentence below; every row is as long as columns."""
-
-    title: str
-    columns: tuple[Column, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-
-
-@dataclass(frozen=True)
-class Curves:
-    """The numbers behind a figure: values (rows, columns); note: what else a reader of the file must know, in
-    lines.
-    """
-
-    title: str
-    columns: tuple[Column, ...]
-    values: NDArray[np.float64]
-    note: str = ""
 
 
 def number(value: float, digits: int = 4) -> Number:
@@ -103,6 +65,123 @@ def signed(value: float, digits: int = 4) -> Number:
     """A difference, with its sign."""
     shown = number(value, digits)
     return Number(f"+{shown}", shown.value) if value > 0 else shown
+
+
+def digits(count: int) -> Callable[[Any], Number]:
+    """How numbers of so many significant digits are written."""
+    return partial(number, digits=count)
+
+
+def whole(value: float) -> str:
+    """A count: `12`; NONE for NaN."""
+    return NONE if math.isnan(value) else str(int(value))
+
+
+def ready(text: str) -> str:
+    """A cell of a column of numbers that is written already."""
+    return text
+
+
+def angles(values: Iterable[float], form: str = ".4g") -> str:
+    """Numbers in one cell: `-7.6, 12.8, 44.5`."""
+    return ", ".join(f"{value:{form}}" for value in values)
+
+
+def interval(low: float, high: float, digits: int = 3) -> str:
+    """`1.5 to 2.5`; NONE where an end is not known."""
+    return f"{number(low, digits)} to {number(high, digits)}" if np.isfinite([low, high]).all() else NONE
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """A column: heading, unit (empty: none), the values of its rows, and how each of them is written; texts
+    (`form` is `str`) are set to the left, numbers to the right.
+    """
+
+    heading: str
+    unit: str = ""
+    values: Iterable[Any] = ()
+    form: Callable[[Any], str] = number
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it holds numbers."""
+        return self.form is not str
+
+    @property
+    def head(self) -> str:
+        """Heading and unit in a line: `Frequency (Hz)`."""
+        return f"{self.heading} ({self.unit})" if self.unit else self.heading
+
+    @cached_property
+    def cells(self) -> tuple[str, ...]:
+        """The rows as they are written."""
+        return tuple(map(self.form, self.values))
+
+
+def words(heading: str, values: Iterable[Any] = (), unit: str = "") -> Column:
+    """A column of text, which is set to the left."""
+    return Column(heading, unit, values, str)
+
+
+def several(
+    headings: Iterable[str], unit: str, values: Any, form: Callable[[Any], str] = number
+) -> list[Column]:
+    """A column a heading, of values (rows, headings)."""
+    return [Column(head, unit, own, form) for head, own in zip(headings, np.transpose(values), strict=True)]
+
+
+def limited(
+    heading: str, unit: str, values: Iterable[Array], form: Callable[[Any], str] = number
+) -> list[Column]:
+    """Three columns: a value and its 95 % limits."""
+    return [Column(h, unit, v, form) for h, v in zip((heading, "95 % low", "95 % high"), values, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Columns of the same length under a title; note: a sentence below."""
+
+    title: str
+    columns: Sequence[Column]
+    note: str = ""
+
+    @classmethod
+    def of(cls, title: str, heads: Sequence[Column], rows: Iterable[Sequence[Any]], note: str = "") -> Table:
+        """A table of values by row."""
+        values = list(zip(*rows, strict=True)) or [()] * len(heads)
+        columns = [replace(head, values=own) for head, own in zip(heads, values, strict=True)]
+        return cls(title, columns, note)
+
+    @cached_property
+    def rows(self) -> tuple[tuple[str, ...], ...]:
+        """Finished text, row by row."""
+        return tuple(zip(*(column.cells for column in self.columns), strict=True))
+
+    def part(self, rows: slice = slice(None), headings: Sequence[str] = (), note: str = "") -> Table:
+        """Some of its rows; of the columns with these headings, without headings of all of them."""
+        columns = [
+            Column(c.heading, c.unit, c.cells[rows], str if c.form is str else ready)
+            for c in self.columns
+            if not headings or c.heading in headings
+        ]
+        return Table(self.title, columns, note)
+
+
+@dataclass(frozen=True, eq=False)
+class Curves:
+    """The numbers behind a figure: columns of numbers; note: what else a reader of the file must know, in
+    lines.
+    """
+
+    title: str
+    columns: Sequence[Column]
+    note: str = ""
+
+    @property
+    def values(self) -> Array:
+        """Numbers (rows, columns)."""
+        return np.column_stack([np.asarray(column.values, dtype=float) for column in self.columns])
 
 
 def unit(text: str) -> str:

@@ -16,7 +16,6 @@ import numpy as np
 from identify.reports.kit import figures, typeset
 from identify.reports.kit.cells import Curves, Number, Table
 from identify.reports.kit.document import Document
-from identify.reports.kit.drawn_data import drawn_curves
 
 _DPI = 200
 _DIGITS = ".9g"
@@ -33,8 +32,7 @@ def contents(document: Document) -> Contents:
             yield f"{name}.svg", figures.outlined(one.figure)
         width, height = one.figure.get_size_inches()
         yield f"{name}.png", typeset.png(one.svg, width, height, _DPI)
-        data = one.data or drawn_curves(one.figure)
-        for ending, part in zip(_endings([part.title for part in data]), data, strict=True):
+        for ending, part in zip(_endings([part.title for part in one.data]), one.data, strict=True):
             yield f"{name}{ending}.csv", _csv(part)
     for number, table in enumerate(document.tables, 1):
         yield f"table{number:02d}_{_slug(table.title)}.csv", _csv(table)

@@ -15,7 +15,7 @@ import numpy as np
 from markupsafe import Markup
 
 from identify.reports.kit.cells import sentence
-from identify.reports.kit.report import GAP, PAGE, Report, speaks_of_gap, visible
+from identify.reports.kit.report import GAP, PAGE, Drawing, Report, drawn, speaks_of_gap, visible
 from identify.results.header import Header
 
 ASSETS = Path(__file__).parents[1] / "assets"
@@ -29,14 +29,15 @@ def page(result: Header, report: Report) -> str:
     """The whole page of a report."""
     sections = [(section, visible(section.parts, PAGE)) for section in report.sections]
     shown = [(section, parts) for section, parts in sections if parts]
-    own = dict.fromkeys(script for section, _ in shown for script in section.scripts)
+    plots = [plot for section, _ in shown for plot in drawn(section.parts)]
+    own = dict.fromkeys(script for plot in plots if isinstance(plot, Drawing) for script in plot.scripts)
     loader = jinja2.FileSystemLoader(ASSETS)
     environment = jinja2.Environment(
         loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=jinja2.StrictUndefined
     )
     environment.filters["kind"] = lambda part: type(part).__name__
     environment.filters["visible"] = lambda parts: visible(parts, PAGE)
-    data = _together([section.data for section, _ in shown])
+    data = _together([plot.page for plot in plots])
     return environment.get_template("page.html.j2").render(
         result=result,
         tiles=report.tiles,

@@ -15,14 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.axis import Axis as Axis
     from matplotlib.collections import LineCollection as LineCollection
     from matplotlib.collections import PolyCollection as PolyCollection
-    from matplotlib.collections import QuadMesh as QuadMesh
     from matplotlib.colorbar import Colorbar as Colorbar
     from matplotlib.colors import Colormap as Colormap
     from matplotlib.colors import LinearSegmentedColormap as LinearSegmentedColormap
     from matplotlib.colors import LogNorm as LogNorm
-    from matplotlib.container import BarContainer as BarContainer
     from matplotlib.figure import Figure as Figure
-    from matplotlib.lines import Line2D as Line2D
     from matplotlib.ticker import FormatStrFormatter as FormatStrFormatter
     from matplotlib.ticker import LogFormatter as LogFormatter
     from matplotlib.ticker import LogLocator as LogLocator
@@ -34,12 +31,10 @@ _MODULES = {
     "matplotlib": ("get_data_path", "rc_context"),
     "matplotlib.axes": ("Axes",),
     "matplotlib.axis": ("Axis",),
-    "matplotlib.collections": ("LineCollection", "PolyCollection", "QuadMesh"),
+    "matplotlib.collections": ("LineCollection", "PolyCollection"),
     "matplotlib.colorbar": ("Colorbar",),
     "matplotlib.colors": ("Colormap", "LinearSegmentedColormap", "LogNorm"),
-    "matplotlib.container": ("BarContainer",),
     "matplotlib.figure": ("Figure",),
-    "matplotlib.lines": ("Line2D",),
     "matplotlib.ticker": (
         "FormatStrFormatter",
         "LogFormatter",

@@ -7,7 +7,7 @@ Every part says once what it shows; where it is shown (`On`) and how is the kit'
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Flag, auto
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -92,7 +92,8 @@ class Drawing:
     """A figure: on the page the plot of that id, which a script draws from the section's data; in the PDF
     (and as export) what `figure` makes, with its caption and the numbers behind it.
 
-    Without an id it is not on the page, without a figure not in the PDF; note: a sentence below the plot.
+    Without an id it is not on the page, without a figure not in the PDF; note: a sentence below the plot;
+    page, scripts: what the page draws from, and the files that draw it.
     """
 
     id: str = ""
@@ -101,6 +102,8 @@ class Drawing:
     data: Callable[[], Sequence[Table | Curves]] = tuple
     note: str = ""
     look: str = ""
+    page: Mapping[str, Any] = field(default_factory=dict)
+    scripts: tuple[str, ...] = ()
 
     @property
     def on(self) -> On:
@@ -118,10 +121,13 @@ class Pickers:
 
 @dataclass(frozen=True)
 class Widget:
-    """A piece of the page that moves or is picked from: a macro of `parts.html.j2` with its arguments."""
+    """A piece of the page that moves or is picked from: a macro of `parts.html.j2` with its arguments, and
+    what its script draws from.
+    """
 
     name: str
     args: Mapping[str, Any]
+    page: Mapping[str, Any] = field(default_factory=dict)
     on: On = PAGE
 
 
@@ -130,7 +136,7 @@ class Box:
     """Parts in a box of the page, of that look; as they come elsewhere."""
 
     look: str
-    parts: Sequence[Part]
+    parts: Parts
     on: On = EVERYWHERE
 
 
@@ -139,39 +145,56 @@ class Fold:
     """Parts that the page folds away under a summary; as they come elsewhere."""
 
     summary: str
-    parts: Sequence[Part]
+    parts: Parts
     open: bool = False
     on: On = EVERYWHERE
 
 
 Part: TypeAlias = Text | Bullets | Heading | Code | Tabular | Drawing | Pickers | Widget | Box | Fold
+Parts: TypeAlias = Sequence[Part | None]
+"""None: what a result does not have."""
+
+
+def given(table: Table | None, **look: Any) -> Tabular | None:
+    """A table that a result may have, under its title."""
+    return None if table is None else Tabular(table, heading=True, **look)
+
+
+def note(text: str) -> Text:
+    """A remark on the page alone; the PDF has it in the caption of a figure."""
+    return Text(text, "note", PAGE)
 
 
 @dataclass(frozen=True)
 class Section:
-    """A section: anchor and title, the label of its link on the page (default: the title), and its parts.
-
-    data, scripts: what the plots of the page draw from, and the files that draw them.
+    """A section: anchor and title, its parts (left out where it has none), and the label of its link on the
+    page (default: the title).
     """
 
     anchor: str
     title: str
-    parts: Sequence[Part]
+    parts: Parts
     label: str = ""
-    data: Mapping[str, Any] = field(default_factory=dict)
-    scripts: tuple[str, ...] = ()
+
+
+Tiles: TypeAlias = tuple[tuple[str, str, str], ...]
+"""The few numbers that are read first: what, value, what it means."""
 
 
 @dataclass(frozen=True)
 class Report:
-    """What is said of a result: tiles (what, value, what it means), the opening below them, and sections.
+    """What is said of a result: tiles, the opening below them, and sections.
 
     Verdict and notes are the result's own, and stand above all.
     """
 
-    tiles: tuple[tuple[str, str, str], ...]
-    opening: Sequence[Part]
+    tiles: Tiles
+    opening: Parts
     sections: Sequence[Section]
+
+    def shown(self, on: On) -> list[Part]:
+        """All parts that are shown there, in order."""
+        return visible([*self.opening, *(part for section in self.sections for part in section.parts)], on)
 
 
 GAP = "Gap: what is left between model and measurement (RMS), over the measurement's own noise; 1 is perfect."
@@ -180,17 +203,16 @@ GAP = "Gap: what is left between model and measurement (RMS), over the measureme
 
 def speaks_of_gap(report: Report) -> bool:
     """Whether a tile or a table has a gap."""
-    parts = [*report.opening, *(part for section in report.sections for part in section.parts)]
-    tables = [part.table for part in visible(parts, PRINT) if isinstance(part, Tabular)]
+    tables = [part.table for part in report.shown(PRINT) if isinstance(part, Tabular)]
     heads = [column.heading for table in tables for column in table.columns]
     return any(text.lower().startswith("gap") for text in [*heads, *(tile[0] for tile in report.tiles)])
 
 
-def visible(parts: Sequence[Part], on: On) -> list[Part]:
+def visible(parts: Parts, on: On) -> list[Part]:
     """The parts that are shown there; but on the page, boxes and folds are opened."""
     found: list[Part] = []
     for part in parts:
-        if not part.on & on:
+        if part is None or not part.on & on:
             continue
         if isinstance(part, Box | Fold):
             inside = visible(part.parts, on)
@@ -201,7 +223,16 @@ def visible(parts: Sequence[Part], on: On) -> list[Part]:
     return found
 
 
-def origin(result: Header, label: str = "Study", asked: Sequence[Part] | None = None) -> list[Section]:
+def drawn(parts: Parts) -> Iterator[Drawing | Widget]:
+    """What the scripts of the page draw, in boxes and folds, too."""
+    for part in visible(parts, PAGE):
+        if isinstance(part, Box | Fold):
+            yield from drawn(part.parts)
+        elif isinstance(part, Drawing | Widget):
+            yield part
+
+
+def origin(result: Header, label: str = "Study", asked: Parts | None = None) -> list[Section]:
     """The last two sections: what was asked, with the source of each value, and provenance.
 
     asked: what stands there in place of the config and its settings.
@@ -211,11 +242,10 @@ def origin(result: Header, label: str = "Study", asked: Sequence[Part] | None = 
     return [Section("asked", "What was asked", own, label), provenance]
 
 
-def _settings(provenance: Provenance) -> list[Part]:
-    given, defaults = given_table(provenance), default_table(provenance)
-    parts: list[Part] = [Code(provenance.config)] if provenance.config else []
-    if given:
-        parts.append(Tabular(given, heading=True, sort="given", limit=20))
-    if defaults:
-        parts.append(Fold(defaults.title, [Tabular(defaults)]))
-    return parts
+def _settings(provenance: Provenance) -> Parts:
+    defaults = default_table(provenance)
+    return [
+        Code(provenance.config) if provenance.config else None,
+        given(given_table(provenance), sort="given", limit=20),
+        Fold(defaults.title, [Tabular(defaults)]) if defaults else None,
+    ]

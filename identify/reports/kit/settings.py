@@ -18,16 +18,16 @@ def given_table(provenance: Provenance) -> Table | None:
     """The settings that a config or the command line gave; None where sources were not kept, or nothing was
     given.
     """
-    rows = tuple(row for row in _rows(provenance) if row[2] != DEFAULT)
-    return Table("Settings that were given", _COLUMNS, rows) if rows else None
+    rows = [row for row in _rows(provenance) if row[2] != DEFAULT]
+    return Table.of("Settings that were given", _COLUMNS, rows) if rows else None
 
 
 def default_table(provenance: Provenance) -> Table | None:
     """The settings nobody gave, with the values that were used; a star stands for every entry of a list with
     the same value.
     """
-    rows = tuple(_together([row for row in _rows(provenance) if row[2] == DEFAULT]))
-    return Table("Defaults that were used", _COLUMNS[:2], tuple(row[:2] for row in rows)) if rows else None
+    rows = [row[:2] for row in _together([row for row in _rows(provenance) if row[2] == DEFAULT])]
+    return Table.of("Defaults that were used", _COLUMNS[:2], rows) if rows else None
 
 
 def _rows(provenance: Provenance) -> list[Row]:
@@ -63,4 +63,4 @@ def provenance_table(result: Header) -> Table:
         *study,
         *((name, f"sha256 {digest}") for name, digest in zip(p.input_files, p.input_sha256, strict=True)),
     ]
-    return Table("Provenance", (words("What"), words("Value")), tuple(rows))
+    return Table.of("Provenance", (words("What"), words("Value")), rows)

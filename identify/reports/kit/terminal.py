@@ -11,7 +11,7 @@ from rich.measure import Measurement
 from rich.table import Table as Rich
 
 from identify.reports.kit.cells import Table
-from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text, visible
+from identify.reports.kit.report import TERMINAL, Bullets, Heading, Part, Report, Tabular, Text
 from identify.results.header import Header
 
 _NAME, _ANY = 30, 10_000
@@ -25,14 +25,13 @@ def show(result: Header, report: Report) -> None:
         console.print(escape(said), highlight=False)
     for note in result.notes:
         console.print(f"[yellow]note:[/] {escape(note)}", highlight=False)
-    sections = [report.opening, *(section.parts for section in report.sections)]
-    for part in (part for parts in sections for part in visible(parts, TERMINAL)):
+    for part in report.shown(TERMINAL):
         _show(console, part)
 
 
 def _show(console: Console, part: Part) -> None:
     if isinstance(part, Tabular):
-        print_table(console, part.table, part.terminal, part.rows)
+        print_table(console, part.table.part(slice(part.rows), part.terminal))
         if part.rows is not None and len(part.table.rows) > part.rows:
             console.print(f"and {len(part.table.rows) - part.rows} more, in the report", highlight=False)
     elif isinstance(part, Heading):
@@ -43,37 +42,29 @@ def _show(console: Console, part: Part) -> None:
         console.print(*map(escape, part.items), sep="\n", highlight=False)
 
 
-def print_table(
-    console: Console, table: Table, headings: tuple[str, ...] = (), rows: int | None = None
-) -> None:
+def print_table(console: Console, table: Table) -> None:
     """Print a table; where it does not fit, with the headings of numbers in several lines, and wider than the
     console where that still would cut numbers off: a terminal breaks lines, and a file has room.
     """
     anything = console.options.update(max_width=_ANY)
-    made = rich_table(table, headings, rows)
+    made = _rich(table)
     if Measurement.get(console, anything, made).maximum > console.width:
-        made = rich_table(table, headings, rows, tight=True)
+        made = _rich(table, tight=True)
         least = Measurement.get(console, anything, made).minimum
         console = Console(file=console.file, width=max(console.width, least))
     console.print(made)
 
 
-def rich_table(
-    table: Table, headings: tuple[str, ...] = (), rows: int | None = None, *, tight: bool = False
-) -> Rich:
-    """The columns of a table with these headings, without headings all of them; rows: only so many; tight:
-    columns of numbers no wider than these and a word of their heading.
-    """
-    shown = [k for k, column in enumerate(table.columns) if not headings or column.heading in headings]
+def _rich(table: Table, *, tight: bool = False) -> Rich:
+    """tight: columns of numbers no wider than these and a word of their heading."""
     made = Rich(title=table.title, box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for k in shown:
-        column = table.columns[k]
+    for k, column in enumerate(table.columns):
         # A name stays in one line where it can, a number always.
-        longest = max((len(row[k]) for row in table.rows[:rows]), default=0)
-        name = min(_NAME, longest) if k == shown[0] else None
+        longest = max(map(len, column.cells), default=0)
+        name = None if k else min(_NAME, longest)
         wide = max(longest, *map(len, column.head.split())) if tight and column.numeric else None
         side: Literal["left", "right"] = "right" if column.numeric else "left"
         made.add_column(column.head, justify=side, overflow="fold", min_width=name, width=wide)
-    for row in table.rows[:rows]:
-        made.add_row(*(escape(row[k]) for k in shown))
+    for row in table.rows:
+        made.add_row(*map(escape, row))
     return made

@@ -13,10 +13,11 @@ from identify.core.atomic import write_atomically
 from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
 from identify.modes.compare_shapes import ShapeComparison
-from identify.reports.kit import figures
 from identify.reports.kit import plotting as mpl
-from identify.reports.kit.cells import Column, Table, number, percent, signed, words
+from identify.reports.kit.cells import Column, Table, digits, number, percent, signed, whole, words
+from identify.reports.kit.figures import style
 from identify.reports.kit.terminal import print_table
+from identify.reports.shared.figures import Mac, mac
 
 _PICTURES = (".png", ".svg", ".pdf")
 
@@ -42,31 +43,21 @@ def tables(found: ShapeComparison) -> list[Table]:
 
 
 def _modes(name: str, table: ModalTable, rigid: Array) -> Table:
-    damped = table.frequency_hz * np.sqrt(1 - np.nan_to_num(table.damping_ratio) ** 2)
+    hz, five = table.frequency_hz, digits(5)
     told = bool(np.isfinite(rigid).any())
-    columns = (Column("Mode"), Column("Undamped", "Hz"), Column("Damped", "Hz"), Column("Damping ratio", "%"))
-    values = zip(table.frequency_hz, damped, table.damping_ratio, rigid, strict=True)
-    rows = tuple(
-        (str(n + 1), number(f, 5), number(d, 5), percent(z), *([percent(part)] if told else []))
-        for n, (f, d, z, part) in enumerate(values)
-    )
+    columns = [
+        Column("Mode", "", range(1, len(hz) + 1), whole),
+        Column("Undamped", "Hz", hz, five),
+        Column("Damped", "Hz", hz * np.sqrt(1 - np.nan_to_num(table.damping_ratio) ** 2), five),
+        Column("Damping ratio", "%", table.damping_ratio, percent),
+        *([Column("Rigid", "%", rigid, percent)] if told else []),
+    ]
     note = "Rigid: part of the squared motion that moves all points as one body." if told else ""
-    return Table(f"Modes of {name}", (*columns, *([Column("Rigid", "%")] if told else [])), rows, note)
+    return Table(f"Modes of {name}", columns, note)
 
 
 def _pairs(found: ShapeComparison) -> Table:
     pairs = found.pairs
-    rows = [
-        (
-            number(found.a.frequency_hz[i], 5),
-            number(found.b.frequency_hz[j], 5),
-            signed(100 * pairs.frequency_error[n]),
-            signed(100 * pairs.damping_error[n]),
-            number(np.nan if found.mac is None else found.mac[i, j], 3),
-            number(pairs.mac[n], 3),
-        )
-        for n, (i, j) in enumerate(zip(pairs.a, pairs.b, strict=True))
-    ]
     left = [
         f"only in {name}: {', '.join(number(f) for f in table.frequency_hz[rest])} Hz"
         for name, table, rest in (
@@ -76,45 +67,40 @@ def _pairs(found: ShapeComparison) -> Table:
         if len(rest)
     ]
     common = f"{len(pairs.channels)} channels in common" if pairs.channels else "no shapes in common"
-    columns = (
-        Column(found.name_a, "Hz"),
-        Column(found.name_b, "Hz"),
-        Column("Frequency", "%"),
-        Column("Damping", "%"),
-        Column("MAC"),
-        Column("MACX"),
-    )
-    note = "; ".join([common, *left])
-    return Table("Pairs: what the second differs by from the first", columns, tuple(rows), note)
+    linear = np.full(len(pairs.a), np.nan) if found.mac is None else found.mac[pairs.a, pairs.b]
+    columns = [
+        Column(found.name_a, "Hz", found.a.frequency_hz[pairs.a], digits(5)),
+        Column(found.name_b, "Hz", found.b.frequency_hz[pairs.b], digits(5)),
+        Column("Frequency", "%", 100 * pairs.frequency_error, signed),
+        Column("Damping", "%", 100 * pairs.damping_error, signed),
+        Column("MAC", "", linear, digits(3)),
+        Column("MACX", "", pairs.mac, digits(3)),
+    ]
+    return Table("Pairs: what the second differs by from the first", columns, "; ".join([common, *left]))
 
 
 def _channels(found: ShapeComparison) -> Table:
     assert found.comac is not None
     order = np.argsort(found.comac)
-    rows = tuple((str(found.pairs.channels[i]), number(found.comac[i], 3)) for i in order[:10])
-    note = f"the least of {len(order)}" if len(order) > 10 else ""
-    return Table("COMAC over the pairs", (words("Channel"), Column("COMAC")), rows, note)
+    columns = [
+        words("Channel", [found.pairs.channels[i] for i in order[:10]]),
+        Column("COMAC", "", found.comac[order[:10]], digits(3)),
+    ]
+    return Table("COMAC over the pairs", columns, f"the least of {len(order)}" if len(order) > 10 else "")
 
 
 def picture(found: ShapeComparison) -> mpl.Figure:
     """The MAC matrix; InputError where shapes are missing."""
     if found.mac is None:
         raise InputError(found.name_b, "no shapes that both have", "shapes at common channels")
-    drawn = figures.Mac(
-        "MAC",
-        found.mac,
-        found.a.frequency_hz,
-        found.b.frequency_hz,
-        f"{found.name_a} (Hz)",
-        f"{found.name_b} (Hz)",
-    )
-    return figures.mac([drawn])
+    hz, sides = (found.a.frequency_hz, found.b.frequency_hz), (found.name_a, found.name_b)
+    return mac([Mac("MAC", found.mac, *hz, *sides)])
 
 
 def write_picture(found: ShapeComparison, path: Path) -> None:
     """The MAC matrix as .png, .svg or .pdf; InputError for another suffix, or where it cannot be written."""
     if path.suffix.lower() not in _PICTURES:
         raise InputError(str(path), f"suffix {path.suffix!r}", "one of " + ", ".join(_PICTURES))
-    with figures.style():
+    with style():
         save = partial(picture(found).savefig, format=path.suffix[1:].lower(), dpi=200)
         write_atomically(path, save)

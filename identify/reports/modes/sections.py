@@ -8,21 +8,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.text import capital
-from identify.reports.fit import data, measurement_tables, pick
-from identify.reports.fit.page_data import channels, frf_data, mac_data, robot_data
-from identify.reports.fit.parts import (
-    STAGES,
-    error_lists,
-    frf_picker,
-    gap_maps,
-    mac,
-    overlays,
-    shapes,
-    stage,
-)
-from identify.reports.kit import robot_figure
-from identify.reports.kit.cells import number, percent, unit
-from identify.reports.kit.figures import Mac
+from identify.reports.kit.cells import Column, Curves, several, unit
 from identify.reports.kit.report import (
     EVERYWHERE,
     PAGE,
@@ -32,16 +18,31 @@ from identify.reports.kit.report import (
     Drawing,
     Heading,
     Part,
+    Parts,
     Report,
     Section,
     Tabular,
     Text,
+    given,
+    note,
     origin,
 )
-from identify.reports.kit.shapes import analysed_views
 from identify.reports.modes import tables
 from identify.reports.modes.figure import stabilisation
-from identify.reports.modes.setup_table import setup_table
+from identify.reports.shared import measurement_tables, pick, robot_figure
+from identify.reports.shared.figures import Mac
+from identify.reports.shared.page_data import channels, frf_data, mac_data, robot_data
+from identify.reports.shared.parts import (
+    STAGES,
+    error_lists,
+    frf_picker,
+    gap_maps,
+    mac,
+    overlays,
+    shapes,
+    stage,
+)
+from identify.reports.shared.shapes import analysed_views, mode_text
 from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.tables import Geometry
 
@@ -56,51 +57,47 @@ _FEW, _REJECTED_ROWS = 8, 40
 
 def report(result: ModesResult) -> Report:
     """What is said of a modal analysis."""
-    measurements = list(result.measurements.values())
+    measurements, nouns = list(result.measurements.values()), result.noun.several
     named = [(m.name, m.frf) for m in measurements]
-    page_data = {
+    page = {
         "measurements": [_measurement(m) for m in measurements],
         "curves": {"measured": "measured", "fitted": _MODELLED},
     }
-    printed = [
-        part for name, frf in named for part in (Heading(name, on=PRINT), *overlays(name, frf, _MODELLED))
-    ]
-    maps = gap_maps(named, measurements)
-    nouns = result.noun.several
+    frfs: list[Part] = [frf_picker(measurements, page=page)]
+    for name, frf in named:
+        frfs += [Heading(name, on=PRINT), *overlays(name, frf, _MODELLED)]
+    disagree = f"Where the modes do not explain the {nouns}"
     sections = [
-        Section(
-            "modes", "Modes", [_modes(k, m) for k, m in enumerate(measurements)], "", page_data, ("modes.js",)
-        ),
+        Section("modes", "Modes", [_modes(k, m) for k, m in enumerate(measurements)]),
         Section("robot", "Mode shapes", _shapes(measurements), "Shapes"),
         Section("stabilisation", "Stabilisation", _diagrams(measurements)),
-        Section("frf", f"Measured and rebuilt {nouns}", [frf_picker(measurements), *printed], capital(nouns)),
-        Section("gap", f"Where the modes do not explain the {nouns}", maps, "Gap map"),
+        Section("frf", f"Measured and rebuilt {nouns}", frfs, capital(nouns)),
+        Section("gap", disagree, gap_maps(named, measurements), "Gap map"),
         Section("errors", "Errors", _errors(result)),
         Section("rejected", "Rejected candidates", _rejected(measurements), "Rejected"),
+        *origin(result, "Settings"),
     ]
-    opening = [Tabular(tables.measurement_table(result))]
-    return Report(tables.tiles(result), opening, [*sections, *origin(result, "Settings")])
+    return Report(tables.tiles(result), [Tabular(tables.measurement_table(result))], sections)
 
 
 def _modes(k: int, m: AnalysedMeasurement) -> Box:
-    hz, table = m.modes.frequency_hz, tables.mode_table(m)
-    inside: list[Part] = [Box("table", [Tabular(table, on=EVERYWHERE if len(hz) else WRITTEN)])]
-    matrix = _auto_mac(m)
+    hz, matrix = m.modes.frequency_hz, _auto_mac(m)
+    inside: list[Part] = [Tabular(tables.mode_table(m), on=EVERYWHERE if len(hz) else WRITTEN)]
+    boxes = [Box("table", inside)]
     if matrix is not None:
         title = Heading("MAC of the shapes with each other (autoMAC)", on=PAGE)
-        inside.append(Box("table", [title, Drawing(f"mac-{k}", look="auto"), *mac([matrix], _AUTO_MAC)]))
-    for more in (setup_table(m), tables.mass_table(m), tables.tone_table(m)):
-        if more is not None:
-            inside.append(Box("table", [Tabular(more, heading=True)]))
-    return Box("block wide", [Heading(m.name), Box("pairs" if len(hz) <= _FEW else "table", inside)])
+        boxes.append(Box("table", [title, Drawing(f"mac-{k}", look="auto"), *mac([matrix], _AUTO_MAC)]))
+    more = (tables.setup_table(m), tables.mass_table(m), tables.tone_table(m))
+    boxes += [Box("table", [given(one)]) for one in more]
+    return Box("block wide", [Heading(m.name), Box("pairs" if len(hz) <= _FEW else "table", boxes)])
 
 
-def _shapes(measurements: list[AnalysedMeasurement]) -> list[Part]:
+def _shapes(measurements: list[AnalysedMeasurement]) -> Parts:
     moving = [m for m in measurements if m.geometry is not None and analysed_views(m)]
     if not moving:
         return [Text(_NO_SHAPES)]
     shown = [(kind, STAGES[kind]) for kind in ("measured", "motion")]
-    parts: list[Part] = [stage(moving, shown, "Measurement")]
+    parts: list[Part] = [stage(moving, shown, {}, "Measurement")]
     for m in moving:
         views, most = analysed_views(m), robot_figure.MODES
         first = f" The first {most} of {len(views)}." if len(views) > most else ""
@@ -109,23 +106,41 @@ def _shapes(measurements: list[AnalysedMeasurement]) -> list[Part]:
     return parts
 
 
-def _diagrams(measurements: list[AnalysedMeasurement]) -> list[Part]:
+def _diagrams(measurements: list[AnalysedMeasurement]) -> Parts:
     parts: list[Part] = []
     for k, m in enumerate(measurements):
         caption = f"{m.name}. {tables.DIAGRAM_NOTE}"
-        drawing = Drawing(f"diagram-{k}", partial(stabilisation, m), caption, partial(data.stabilisation, m))
+        figure, numbers = partial(stabilisation, m), partial(_poles, m)
+        drawing = Drawing(f"diagram-{k}", figure, caption, numbers, scripts=("modes.js",))
         parts += [Heading(m.name, on=PAGE), drawing]
-    return [*parts, Text(tables.DIAGRAM_NOTE, "note", PAGE)]
+    return [*parts, note(tables.DIAGRAM_NOTE)]
 
 
-def _errors(result: ModesResult) -> list[Part]:
+def _poles(m: AnalysedMeasurement) -> list[Curves]:
+    """Poles of all orders, and the mode indicator over the lines."""
+    d, of = m.diagram, unit(m.frf.unit)
+    poles = [
+        Column("Order", "", d.order),
+        Column("Frequency", "Hz", d.frequency_hz),
+        Column("Damping ratio", "%", 100 * d.damping_ratio),
+        Column("Stable", "", d.stable),
+        *(Column(name.capitalize(), "", rows) for name, rows in d.marked()),
+    ]
+    heads = [f"CMIF {k + 1}" for k in range(d.indicator.shape[1])]
+    lines = [Column("Frequency", "Hz", d.line_hz), *several(heads, of, d.indicator)]
+    return [Curves("poles", poles), Curves("indicator", lines)]
+
+
+def _errors(result: ModesResult) -> Parts:
     lists = [measurement_tables.frf_table(m.name, m.frf) for m in result.measurements.values()]
-    checks = tables.reciprocity_table(result)
-    reciprocity = [Tabular(checks, heading=True)] if checks is not None else []
-    return [Tabular(tables.error_table(result)), *error_lists(lists), *reciprocity]
+    return [
+        Tabular(tables.error_table(result)),
+        *error_lists(lists),
+        given(tables.reciprocity_table(result)),
+    ]
 
 
-def _rejected(measurements: list[AnalysedMeasurement]) -> list[Part]:
+def _rejected(measurements: list[AnalysedMeasurement]) -> Parts:
     return [
         Tabular(tables.rejected_table(m), True, f"rejected-{k}", 20, _REJECTED_ROWS)
         for k, m in enumerate(measurements)
@@ -151,29 +166,18 @@ def _robot(m: AnalysedMeasurement, geometry: Geometry) -> dict[str, Any]:
 
 def _auto_mac(m: AnalysedMeasurement) -> Mac | None:
     hz = m.modes.frequency_hz
-    return Mac(m.name, m.modes.auto_mac, hz, hz, "Mode (Hz)", "Mode (Hz)") if len(hz) > 1 else None
+    return Mac(m.name, m.modes.auto_mac, hz, hz, "Mode", "Mode") if len(hz) > 1 else None
 
 
 def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:
-    d, modes = m.diagram, m.modes
-    poles = {
-        kind: {
-            "order": d.order[rows],
-            "frequency": d.frequency_hz[rows],
-            "damping": 100 * d.damping_ratio[rows],
-        }
-        for kind, rows in (("stable", d.stable), ("unstable", ~d.stable), *d.marked())
-    }
-    chosen = [
-        {"frequency": hz, "label": f"{number(hz)} Hz, damping {percent(ratio)} %"}
-        for hz, ratio in zip(modes.frequency_hz, modes.damping_ratio, strict=True)
-    ]
-    indicator = np.where(d.indicator > 0, d.indicator, np.nan).T
+    d, modes = m.diagram, zip(m.modes.frequency_hz, m.modes.damping_ratio, strict=True)
+    kinds = (("stable", d.stable), ("unstable", ~d.stable), *d.marked())
+    shown = (("order", d.order), ("frequency", d.frequency_hz), ("damping", 100 * d.damping_ratio))
     return {
-        "poles": poles,
+        "poles": {kind: {name: values[rows] for name, values in shown} for kind, rows in kinds},
         "lines": d.line_hz,
-        "indicator": indicator,
+        "indicator": np.where(d.indicator > 0, d.indicator, np.nan).T,
         "unit": unit(m.frf.unit),
-        "modes": chosen,
+        "modes": [{"frequency": hz, "label": mode_text(hz, ratio)} for hz, ratio in modes],
         "highest": m.highest_order,
     }

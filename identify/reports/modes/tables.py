@@ -1,4 +1,4 @@
-"""The tables of a modal analysis, as finished text; HTML and PDF print the same ones."""
+"""The tables of a modal analysis."""
 
 from __future__ import annotations
 
@@ -6,9 +6,20 @@ import numpy as np
 
 from identify.core.text import capital, count
 from identify.core.thresholds import SIGMAS_95
-from identify.reports.fit.measurement_tables import band, pair_name
-from identify.reports.fit.pick import worst_first
-from identify.reports.kit.cells import Column, Table, number, percent, words
+from identify.reports.kit.cells import (
+    Column,
+    Table,
+    angles,
+    digits,
+    number,
+    percent,
+    ready,
+    whole,
+    words,
+)
+from identify.reports.kit.report import Tiles
+from identify.reports.shared.measurement_tables import AREA, FRAC, band, pair_name
+from identify.reports.shared.pick import worst_first
 from identify.results.modes import AnalysedMeasurement, ModesResult
 
 DIAGRAM_NOTE = (
@@ -16,58 +27,46 @@ DIAGRAM_NOTE = (
     " poles that is present in enough orders. Dotted lines: the chosen modes. Framed or crossed out: clusters"
     " that were kept or dropped by hand, or that explain less than a mode must."
 )
+_DOUBTFUL = (
+    " Doubtful: a frequency whose interval is wider than the resonance, a damping whose interval holds 0, a"
+    " shape more complex than those of candidates may be."
+)
 
 
-def tiles(result: ModesResult) -> tuple[tuple[str, str, str], ...]:
-    """The few numbers that are read first: (what, value, what it means)."""
-    found = list(result.measurements.values())
+def tiles(result: ModesResult) -> Tiles:
+    """The few numbers that are read first."""
+    found, nouns = list(result.measurements.values()), result.noun.several
     collinear = np.concatenate([m.modes.mpc for m in found])
+    lowest = number(collinear.min(initial=1.0) if len(collinear) else np.nan)
     several = f"in {count(len(found), 'measurement')}" if len(found) > 1 else "of the measured structure"
-    errors = [m.total_error for m in found if len(m.modes.frequency_hz)]
+    error = percent(max((m.total_error for m in found if len(m.modes.frequency_hz)), default=np.nan))
+    rejected = sum(len(m.rejected.reason) for m in found)
     return (
         ("Modes", str(result.found), several),
-        (
-            f"Rebuilt {result.noun.several}",
-            f"{percent(max(errors, default=np.nan))} %",
-            f"off (RMS over all {result.noun.several}); 0 is perfect",
-        ),
-        (
-            "Lowest MPC",
-            number(collinear.min(initial=1.0) if len(collinear) else np.nan),
-            "modal phase collinearity; 1: a real shape",
-        ),
-        ("Rejected", str(sum(len(m.rejected.reason) for m in found)), "candidates that are no modes"),
+        (f"Rebuilt {nouns}", f"{error} %", f"off (RMS over all {nouns}); 0 is perfect"),
+        ("Lowest MPC", lowest, "modal phase collinearity; 1: a real shape"),
+        ("Rejected", str(rejected), "candidates that are no modes"),
     )
 
 
 def measurement_table(result: ModesResult) -> Table:
     """What was analysed; the decay of a window only where there was one."""
-    windowed = any(m.frf.window_decay_per_s for m in result.measurements.values())
-    columns = (
-        words("Measurement"),
-        words("Joint angles", "°"),
-        words(capital(result.noun.several)),
-        *([Column("Decay", "1/s")] if windowed else []),
-        Column("Modes"),
-        Column("Error", "%"),
-    )
-    rows = [
-        (
-            m.name,
-            ", ".join(f"{angle:.1f}" for angle in m.posture_deg) or "not told",
-            _analysed(m),
-            *([number(m.frf.window_decay_per_s)] if windowed else []),
-            str(len(m.modes.frequency_hz)),
-            percent(m.total_error),
-        )
-        for m in result.measurements.values()
+    found = list(result.measurements.values())
+    decay = [m.frf.window_decay_per_s for m in found]
+    columns = [
+        words("Measurement", [m.name for m in found]),
+        words("Joint angles", [angles(m.posture_deg, ".1f") or "not told" for m in found], "°"),
+        words(capital(result.noun.several), map(_analysed, found)),
+        *([Column("Decay", "1/s", decay)] if any(decay) else []),
+        Column("Modes", "", [len(m.modes.frequency_hz) for m in found], whole),
+        Column("Error", "%", [m.total_error for m in found], percent),
     ]
-    references = dict.fromkeys(", ".join(m.modes.references) for m in result.measurements.values())
+    references = dict.fromkeys(", ".join(m.modes.references) for m in found)
     note = (
-        f"{'Decay: of the exponential window on force and response. ' if windowed else ''}"
+        f"{'Decay: of the exponential window on force and response. ' if any(decay) else ''}"
         f"Error: of the {result.noun.several} rebuilt from the modes. References: {'; '.join(references)}."
     )
-    return Table("Measurements", columns, tuple(rows), note)
+    return Table("Measurements", columns, note)
 
 
 def _analysed(m: AnalysedMeasurement) -> str:
@@ -80,89 +79,87 @@ def mode_table(m: AnalysedMeasurement) -> Table:
     """Frequencies and damping with their standard deviations, damping as the window showed it, and the
     quality of the shapes.
     """
-    columns = (
-        words("Mode"),
-        Column("Frequency", "Hz"),
-        Column("± 95 %", "Hz"),
-        Column("Damping ratio", "%"),
-        Column("± 95 %", "%"),
-        *([Column("Seen through window", "%")] if m.frf.window_decay_per_s else []),
-        Column("MPC"),
-        Column("MPD", "°"),
-        *([words("Doubtful")] if any(m.modes.doubt) else []),
-    )
-    t = m.modes
-    rows = [
-        (
-            str(i + 1),
-            number(t.frequency_hz[i], 6),
-            number(SIGMAS_95 * t.frequency_std_hz[i], 2),
-            percent(t.damping_ratio[i]),
-            number(100 * SIGMAS_95 * t.damping_std[i], 2),
-            *([percent(t.seen_damping_ratio[i])] if m.frf.window_decay_per_s else []),
-            number(t.mpc[i]),
-            number(t.mpd_deg[i], 3),
-            *([t.doubt[i]] if any(t.doubt) else []),
-        )
-        for i in range(len(t.frequency_hz))
+    t, windowed = m.modes, bool(m.frf.window_decay_per_s)
+    columns = [
+        words("Mode", range(1, len(t.frequency_hz) + 1)),
+        Column("Frequency", "Hz", t.frequency_hz, digits(6)),
+        Column("± 95 %", "Hz", SIGMAS_95 * t.frequency_std_hz, digits(2)),
+        Column("Damping ratio", "%", t.damping_ratio, percent),
+        Column("± 95 %", "%", 100 * SIGMAS_95 * t.damping_std, digits(2)),
+        *([Column("Seen through window", "%", t.seen_damping_ratio, percent)] if windowed else []),
+        Column("MPC", "", t.mpc),
+        Column("MPD", "°", t.mpd_deg, digits(3)),
+        *([words("Doubtful", t.doubt)] if any(t.doubt) else []),
     ]
-    decay = m.frf.window_decay_per_s
-    window = (
-        f"an exponential window of {number(decay)} 1/s was taken out of the damping"
-        if decay
-        else "no exponential window was told"
-    )
-    scatter = (
-        "from noise, with scatter over orders where more than noise is left; there a bias may come on top;"
-        f" {window}"
-    )
-    if m.output_only is not None:
-        scatter = (
-            f"from {m.output_only.blocks} blocks of the records, left out one by one; shapes are unscaled,"
-            " their largest component is 1"
-        )
-        if m.output_only.scaling is None:
-            scatter += ", for without a force there is no modal mass"
     note = (
-        f"± 95 %: half a 95 % interval, {scatter}. MPC: modal phase collinearity, 1 for a real shape; MPD:"
-        " mean phase deviation, 0 for a real shape."
+        f"± 95 %: half a 95 % interval, {_scatter(m)}. MPC: modal phase collinearity, 1 for a real shape;"
+        " MPD: mean phase deviation, 0 for a real shape."
     )
-    if any(t.doubt):
-        note += (
-            " Doubtful: a frequency whose interval is wider than the resonance, a damping whose interval"
-            " holds 0, a shape more complex than those of candidates may be."
+    return Table(f"Modes, {m.name}", columns, note + (_DOUBTFUL if any(t.doubt) else ""))
+
+
+def _scatter(m: AnalysedMeasurement) -> str:
+    """Where the intervals of modes come from, and what was done to their damping or shapes."""
+    found, decay = m.output_only, m.frf.window_decay_per_s
+    if found is None:
+        window = f"an exponential window of {number(decay)} 1/s was taken out of the damping"
+        return (
+            "from noise, with scatter over orders where more than noise is left; there a bias may come on"
+            f" top; {window if decay else 'no exponential window was told'}"
         )
-    return Table(f"Modes, {m.name}", columns, tuple(rows), note)
+    unscaled = ", for without a force there is no modal mass" if found.scaling is None else ""
+    return (
+        f"from {found.blocks} blocks of the records, left out one by one; shapes are unscaled, their largest"
+        f" component is 1{unscaled}"
+    )
 
 
 def error_table(result: ModesResult) -> Table:
     """Errors of the rebuilt FRFs of every measurement at a glance."""
-    columns = (
-        words("Measurement"),
-        Column(f"All {result.noun.several}", "%"),
-        Column(f"Median {result.noun.one}", "%"),
-        Column(f"Worst {result.noun.one}", "%"),
-        words("Which"),
-        Column("Median area error", "%"),
-        Column("Median FRAC"),
+    found = list(result.measurements.values())
+    worst = [int(worst_first(m.frf)[0]) for m in found]
+    at_worst = list(zip(found, worst, strict=True))
+    relative, area, frac = (
+        [float(np.nanmedian(getattr(m.frf, name))) for m in found]
+        for name in ("relative_error", "area_error", "frac")
     )
-    rows = []
-    for m in result.measurements.values():
-        worst = int(worst_first(m.frf)[0])
-        medians = (
-            float(np.nanmedian(values)) for values in (m.frf.relative_error, m.frf.area_error, m.frf.frac)
-        )
-        relative, area, correlation = medians
-        of_worst = percent(m.frf.relative_error[worst]), pair_name(m.frf, worst)
-        rows.append(
-            (m.name, percent(m.total_error), percent(relative), *of_worst, percent(area), number(correlation))
-        )
-    note = (
-        "Measured minus rebuilt, RMS over RMS measured, on the analysed lines. Area error: area between the"
-        " magnitudes over the area below the measured one. FRAC: frequency response assurance criterion,"
-        " blind to level."
-    )
-    return Table(f"Errors of the rebuilt {result.noun.several}", columns, tuple(rows), note)
+    columns = [
+        words("Measurement", [m.name for m in found]),
+        Column(f"All {result.noun.several}", "%", [m.total_error for m in found], percent),
+        Column(f"Median {result.noun.one}", "%", relative, percent),
+        Column(f"Worst {result.noun.one}", "%", [m.frf.relative_error[k] for m, k in at_worst], percent),
+        words("Which", [pair_name(m.frf, k) for m, k in at_worst]),
+        Column("Median area error", "%", area, percent),
+        Column("Median FRAC", "", frac),
+    ]
+    note = f"Measured minus rebuilt, RMS over RMS measured, on the analysed lines. {AREA} {FRAC}"
+    return Table(f"Errors of the rebuilt {result.noun.several}", columns, note)
+
+
+def setup_table(m: AnalysedMeasurement) -> Table | None:
+    """Each mode without moved sensors beside what setups showed; None where all was measured at once."""
+    s = m.setups
+    if s is None:
+        return None
+    rows, known = range(len(s.frequency_hz)), np.isfinite(s.own_hz)
+    low, high = np.nanargmin(s.own_hz, axis=1), np.nanargmax(s.own_hz, axis=1)
+    off = np.where(known, np.abs(s.own_hz / s.expected_hz - 1), -np.inf)
+    columns = [
+        Column("Frequency", "Hz", s.frequency_hz, digits(6)),
+        Column("Setups", "", [f"{own.sum()} of {len(own)}" for own in known], ready),
+        Column("Lowest", "Hz", s.own_hz[rows, low], digits(6)),
+        words("In", [s.setup[k] for k in low]),
+        Column("Highest", "Hz", s.own_hz[rows, high], digits(6)),
+        words("In", [s.setup[k] for k in high]),
+        Column("Unexplained", "%", 100 * off.max(axis=1), digits(2)),
+    ]
+    said = "Frequency: without moved sensors. Unexplained: what their mass leaves of a pole, at most."
+    if np.isfinite(s.sensor_kg):
+        std = SIGMAS_95 * s.sensor_std_kg
+        said += f" Mass of a moved sensor: {number(1e3 * s.sensor_kg)} ± {number(1e3 * std, 1)} g (95 %)."
+    if s.together:
+        said = "The modes are those of all FRFs at once; frequency: by setups."
+    return Table(f"Setups, {m.name}", columns, said)
 
 
 def mass_table(m: AnalysedMeasurement) -> Table | None:
@@ -170,30 +167,19 @@ def mass_table(m: AnalysedMeasurement) -> Table | None:
     scaling = None if m.output_only is None else m.output_only.scaling
     if scaling is None:
         return None
-    columns = (
-        words("Mode"),
-        Column("Frequency", "Hz"),
-        Column(f"With {scaling.method}", "Hz"),
-        Column("Modal mass", "kg"),
-        Column("± 95 %", "kg"),
-        words("Why it is not known"),
-    )
-    rows = [
-        (
-            str(r + 1),
-            number(m.modes.frequency_hz[r], 6),
-            number(scaling.partner_hz[r], 6),
-            number(scaling.modal_mass_kg[r], 4),
-            number(SIGMAS_95 * scaling.modal_mass_std_kg[r], 2),
-            scaling.reason[r],
-        )
-        for r in range(len(scaling.reason))
+    columns = [
+        words("Mode", range(1, len(scaling.reason) + 1)),
+        Column("Frequency", "Hz", m.modes.frequency_hz, digits(6)),
+        Column(f"With {scaling.method}", "Hz", scaling.partner_hz, digits(6)),
+        Column("Modal mass", "kg", scaling.modal_mass_kg),
+        Column("± 95 %", "kg", SIGMAS_95 * scaling.modal_mass_std_kg, digits(2)),
+        words("Why it is not known", scaling.reason),
     ]
     note = (
         "Of the shape whose largest component is 1; a shape over the square root of its modal mass is of unit"
         " modal mass. ± 95 %: half a 95 % interval."
     )
-    return Table(f"Modal masses, {m.name}", columns, tuple(rows), note)
+    return Table(f"Modal masses, {m.name}", columns, note)
 
 
 def tone_table(m: AnalysedMeasurement) -> Table | None:
@@ -201,80 +187,46 @@ def tone_table(m: AnalysedMeasurement) -> Table | None:
     if m.output_only is None or not len(m.output_only.tones.frequency_hz):
         return None
     t = m.output_only.tones
-    columns = (
-        Column("Frequency", "Hz"),
-        Column("Width", "Hz"),
-        Column("Kurtosis"),
-        Column("Power", "%"),
-        words("Multiple of what was told"),
-    )
-    rows = [
-        (
-            number(t.frequency_hz[i], 5),
-            number(t.width_hz[i], 2),
-            number(t.kurtosis[i], 3),
-            percent(t.share[i]),
-            f"{t.multiple[i]} x {number(t.speed_hz[i])} Hz" if t.multiple[i] else "",
-        )
-        for i in range(len(t.frequency_hz))
+    multiples = zip(t.multiple, t.speed_hz, strict=True)
+    columns = [
+        Column("Frequency", "Hz", t.frequency_hz, digits(5)),
+        Column("Width", "Hz", t.width_hz, digits(2)),
+        Column("Kurtosis", "", t.kurtosis, digits(3)),
+        Column("Power", "%", t.share, percent),
+        words("Multiple of what was told", [f"{n} x {number(hz)} Hz" if n else "" for n, hz in multiples]),
     ]
     note = (
         "Kurtosis: of the complex amplitude, 1 for a tone, 2 for noise. Power: of all channels of unit RMS."
     )
-    return Table(f"Tones, {m.name}", columns, tuple(rows), note)
+    return Table(f"Tones, {m.name}", columns, note)
 
 
 def rejected_table(m: AnalysedMeasurement) -> Table:
     """Candidates that are no modes, by frequency, and why."""
-    columns = (
-        Column("Frequency", "Hz"),
-        Column("Damping ratio", "%"),
-        Column("In orders", "%"),
-        Column("MPC"),
-        Column("MPD", "°"),
-        words("Why it is no mode"),
-    )
     r = m.rejected
-    rows = [
-        (
-            number(r.frequency_hz[i]),
-            percent(r.damping_ratio[i]),
-            number(100 * r.presence[i], 3),
-            number(r.mpc[i], 3),
-            number(r.mpd_deg[i], 3),
-            r.reason[i],
-        )
-        for i in range(len(r.reason))
+    columns = [
+        Column("Frequency", "Hz", r.frequency_hz),
+        Column("Damping ratio", "%", r.damping_ratio, percent),
+        Column("In orders", "%", 100 * r.presence, digits(3)),
+        Column("MPC", "", r.mpc, digits(3)),
+        Column("MPD", "°", r.mpd_deg, digits(3)),
+        words("Why it is no mode", r.reason),
     ]
-    return Table(f"Rejected candidates, {m.name}", columns, tuple(rows))
+    return Table(f"Rejected candidates, {m.name}", columns)
 
 
 def reciprocity_table(result: ModesResult) -> Table | None:
     """Channels that were measured both ways; None where there are none."""
-    columns = (
-        words("Measurement"),
-        words("H"),
-        words("and"),
-        Column("Level"),
-        Column("Error", "%"),
-        Column("FRAC"),
-    )
-    rows = []
-    for m in result.measurements.values():
-        r = m.reciprocity
-        for i, (a, b) in enumerate(zip(r.a, r.b, strict=True)):
-            rows.append(
-                (
-                    m.name,
-                    f"{a} / {b}",
-                    f"{b} / {a}",
-                    number(r.level[i]),
-                    percent(r.error[i]),
-                    number(r.frac[i]),
-                )
-            )
+    rows = [
+        (m.name, f"{a} / {b}", f"{b} / {a}", *numbers)
+        for m in result.measurements.values()
+        for r in (m.reciprocity,)
+        for a, b, *numbers in zip(r.a, r.b, r.level, r.error, r.frac, strict=True)
+    ]
+    heads = [words("Measurement"), words("H"), words("and")]
+    heads += [Column("Level"), Column("Error", "%", form=percent), Column("FRAC")]
     note = (
         "Level: ratio of the two, 1 where the structure is linear and the channels are right; negative: a"
         " wrong sign."
     )
-    return Table("Reciprocity", columns, tuple(rows), note) if rows else None
+    return Table.of("Reciprocity", heads, rows, note) if rows else None

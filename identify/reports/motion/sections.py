@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from identify.reports.fit.tables import PARAMETERS_TERMINAL, parameter_rows
+from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table
-from identify.reports.kit.circle_figure import circles
 from identify.reports.kit.report import (
     EVERYWHERE,
     Drawing,
     Part,
+    Parts,
     Pickers,
     Report,
     Section,
     Tabular,
     Text,
+    given,
     origin,
 )
 from identify.reports.motion import tables
-from identify.reports.motion.figure import histories
-from identify.reports.motion.pick import Panel, moving, panels
+from identify.reports.motion.circle_figure import circles
+from identify.reports.motion.pick import RECORDED, moving, panels
+from identify.reports.shared.parameters import PARAMETERS_TERMINAL, parameter_table
 from identify.results.circular import CircularTest
 from identify.results.motion import MotionResult, RecordResult
 
@@ -32,78 +35,89 @@ _PICKERS = (("Record", "motion-record", ()), ("Joint", "motion-joint", ()))
 
 def report(result: MotionResult) -> Report:
     """What is said of a motion."""
-    opening: list[Part] = [
+    opening: Parts = [
         Text(f"Model: {'; '.join(result.effects)}.", "effects"),
         Tabular(tables.record_table(result)),
+        given(tables.trial_table(result), on=EVERYWHERE),
     ]
-    trials = tables.trial_table(result)
-    if trials is not None:
-        opening.append(_everywhere(trials))
-    sections = [Section("motion", "Motion", _motion(result), data=_data(result), scripts=("motion.js",))]
-    circular: list[Part] = [
-        _everywhere(table, f"circle-{k}") for k, table in enumerate(tables.circle_tables(result))
+    sections = [
+        Section("motion", "Motion", list(_motion(result))),
+        Section(
+            "circles", "Circular tests", [*_sorted(tables.circle_tables(result), "circle"), *_circles(result)]
+        ),
+        Section("errors", "Errors", [*_sorted(tables.rms_tables(result), "rms")]),
     ]
-    for record in result.records.values():
-        if record.circles is not None:
-            caption = f"{record.name}: radial errors enlarged about the mean circle."
-            data = partial(_radial, record.circles)
-            circular.append(Drawing("", partial(circles, record.circles), caption, data))
-    errors = [_everywhere(table, f"rms-{k}") for k, table in enumerate(tables.rms_tables(result))]
-    sections += [Section("circles", "Circular tests", circular), Section("errors", "Errors", errors)]
     if result.parameters is not None:
-        fitted = parameter_rows(result.parameters)
+        fitted = parameter_table(result.parameters)
         shown = Tabular(fitted, sort="parameters", terminal=PARAMETERS_TERMINAL, on=EVERYWHERE)
         sections.append(Section("parameters", "Parameters", [shown]))
     return Report(tables.tiles(result), opening, [*sections, *origin(result)])
 
 
-def _everywhere(table: Table, sort: str = "") -> Tabular:
-    return Tabular(table, heading=True, sort=sort, on=EVERYWHERE)
+def _sorted(found: list[Table], name: str) -> list[Tabular]:
+    return [Tabular(one, heading=True, sort=f"{name}-{k}", on=EVERYWHERE) for k, one in enumerate(found)]
 
 
-def _motion(result: MotionResult) -> list[Part]:
-    """The page shows one record and one joint at a time, the PDF the joint that turns farthest."""
-    parts: list[Part] = [Pickers(_PICKERS), Drawing("motion-plot")]
+def _circles(result: MotionResult) -> Iterator[Part]:
     for record in result.records.values():
+        if record.circles is not None:
+            caption = f"{record.name}: radial errors enlarged about the mean circle."
+            yield Drawing("", partial(circles, record.circles), caption, partial(_radial, record.circles))
+
+
+def _motion(result: MotionResult) -> Iterator[Part]:
+    """The page shows one record and one joint at a time, the PDF the joint that turns farthest."""
+    records = list(result.records.values())
+    page = {"joints": list(result.joints), "records": [_record(one) for one in records]}
+    yield Pickers(_PICKERS)
+    yield Drawing("motion-plot", page=page, scripts=("motion.js",))
+    for record in records:
         joint = moving(record)
-        caption = f"{_name(record)}: {result.joints[joint]}."
-        parts.append(Drawing("", partial(histories, record, joint), caption, partial(_curves, record, joint)))
-    return parts
+        plot = Plot(
+            "",
+            Column("Time", "s"),
+            _panels(record, joint),
+            f"{_name(record)}: {result.joints[joint]}.",
+            height=0.95,
+        )
+        yield plot.printed()
+
+
+def _panels(record: RecordResult, joint: int) -> list[Panel]:
+    """Position, how far it is off, velocity, and current or torque of one joint."""
+    return [
+        Panel(
+            Column(panel.label, panel.unit),
+            [
+                Line(one.name, one.time, one.values[:, joint], look="noisy" if one.name == RECORDED else "")
+                for one in panel.curves
+            ],
+        )
+        for panel in panels(record)
+    ]
 
 
 def _name(record: RecordResult) -> str:
     return record.name + (", not fitted" if record.use == "validate" else "")
 
 
-def _data(result: MotionResult) -> dict[str, Any]:
-    records = [
-        {"name": _name(one), "moving": moving(one), "panels": [_panel(panel) for panel in panels(one)]}
-        for one in result.records.values()
-    ]
-    return {"joints": list(result.joints), "records": records}
-
-
-def _panel(panel: Panel) -> dict[str, Any]:
-    curves = [{"name": curve.name, "time": curve.time, "values": curve.values.T} for curve in panel.curves]
-    return {"label": panel.label, "unit": panel.unit, "curves": curves}
-
-
-def _curves(record: RecordResult, joint: int) -> list[Curves]:
-    """The numbers behind the figure: a set per curve."""
-    return [
-        Curves(
-            f"{record.name}, {panel.label.lower()}, {curve.name}",
-            (Column("Time", "s"), Column(panel.label, panel.unit)),
-            np.column_stack([curve.time, curve.values[:, joint]]),
-        )
+def _record(record: RecordResult) -> dict[str, Any]:
+    shown = [
+        {
+            "label": panel.label,
+            "unit": panel.unit,
+            "curves": [{"name": one.name, "time": one.time, "values": one.values.T} for one in panel.curves],
+        }
         for panel in panels(record)
-        for curve in panel.curves
     ]
+    return {"name": _name(record), "moving": moving(record), "panels": shown}
 
 
 def _radial(tests: dict[str, CircularTest]) -> list[Curves]:
-    columns = (Column("Angle", "°"), Column("Radial error", "µm"))
     return [
-        Curves(f"Circular test, {name}", columns, np.column_stack([np.degrees(test.angle), 1e6 * test.error]))
+        Curves(
+            f"Circular test, {name}",
+            [Column("Angle", "°", np.degrees(test.angle)), Column("Radial error", "µm", 1e6 * test.error)],
+        )
         for name, test in tests.items()
     ]

@@ -1,5 +1,5 @@
-"""The tables of a motion's result, as finished text: RMS differences in the form of Kawasaki Table 3, effects
-that were tried, records.
+"""The tables of a motion's result: RMS differences in the form of Kawasaki Table 3, effects that were tried,
+records.
 """
 
 from __future__ import annotations
@@ -7,54 +7,38 @@ from __future__ import annotations
 import numpy as np
 
 from identify.core.text import capital
-from identify.reports.kit.cells import NONE, Column, Table, number, words
+from identify.reports.kit.cells import NONE, Column, Table, angles, digits, number, ready, words
+from identify.reports.kit.report import Tiles
 from identify.reports.motion.pick import factor, shown_unit
 from identify.results.circular import CircularTest
 from identify.results.motion import MotionResult, RecordResult, TrajectoryComparison
 
 
-def tiles(result: MotionResult) -> tuple[tuple[str, str, str], ...]:
-    """The few numbers that are read first: (what, value, what it means)."""
-    fitted = result.parameters is not None
-    what = "as fitted" if fitted else "at the study's numbers"
+def tiles(result: MotionResult) -> Tiles:
+    """The few numbers that are read first."""
+    what = "at the study's numbers" if result.parameters is None else "as fitted"
+    seconds = f"{sum(r.time_s[-1] for r in result.records.values()):.1f} s of motion"
+    speed = f"as fast as it happens, in steps of {result.step_s:.3g} s"
     return (
         ("Gap", number(result.gap, 3), f"RMS over noise, {what}"),
         ("Gap, not fitted", number(result.gap_validation, 3), "the same on records for validation"),
-        (
-            "Records",
-            str(len(result.records)),
-            f"{sum(r.time_s[-1] for r in result.records.values()):.1f} s of motion",
-        ),
-        (
-            "Speed",
-            f"{result.realtime_factor:.0f} times",
-            f"as fast as it happens, in steps of {result.step_s:.3g} s",
-        ),
+        ("Records", str(len(result.records)), seconds),
+        ("Speed", f"{result.realtime_factor:.0f} times", speed),
     )
 
 
 def record_table(result: MotionResult) -> Table:
     """The records, where they start, and their gaps."""
-    rows = [
-        (
-            r.name,
-            r.use or NONE,
-            ", ".join(f"{angle:g}" for angle in r.start_deg),
-            number(r.time_s[-1], 3),
-            r.file or NONE,
-            number(r.gap, 3),
-        )
-        for r in result.records.values()
+    records = list(result.records.values())
+    columns = [
+        words("Record", [r.name for r in records]),
+        words("Use", [r.use or NONE for r in records]),
+        words("Start", [angles(r.start_deg, "g") for r in records], "°"),
+        Column("Length", "s", [r.time_s[-1] for r in records], digits(3)),
+        words("File", [r.file or NONE for r in records]),
+        Column("Gap", "", [r.gap for r in records], digits(3)),
     ]
-    columns = (
-        words("Record"),
-        words("Use"),
-        words("Start", "°"),
-        Column("Length", "s"),
-        words("File"),
-        Column("Gap"),
-    )
-    return Table("Records", columns, tuple(rows))
+    return Table("Records", columns)
 
 
 def rms_tables(result: MotionResult) -> list[Table]:
@@ -64,41 +48,37 @@ def rms_tables(result: MotionResult) -> list[Table]:
 
 
 def _rms_table(result: MotionResult, quantity: str) -> Table:
+    records = [r for r in result.records.values() if quantity in r.comparisons]
     phases = list(dict.fromkeys(phase for record in result.records.values() for phase in record.phases))
-    begun, rows, unit = False, [], ""
-    for record in result.records.values():
-        comparison = record.comparisons.get(quantity)
-        if comparison is not None:
-            unit, begun = shown_unit(comparison.unit), begun or comparison.rms_initial is not None
-            rows += [
-                _row(record, comparison, result.joints, joint, phases) for joint in _measured(comparison)
-            ]
-    headings = [
-        heading for phase in phases for heading in ([phase, f"{phase}, start model"] if begun else [phase])
+    found = [record.comparisons[quantity] for record in records]
+    both = ("", ", start model") if any(one.rms_initial is not None for one in found) else ("",)
+    rows = [
+        row
+        for record, one in zip(records, found, strict=True)
+        for row in _rows(record, one, result.joints, phases, len(both))
     ]
-    columns = (
-        words("Record"),
-        words("Joint"),
-        *(Column(capital(heading), unit) for heading in headings),
-    )
-    return Table(f"RMS difference of {quantity.replace('_', ' ')}", columns, tuple(rows))
+    unit = shown_unit(found[-1].unit)
+    heads = [Column(capital(phase) + more, unit, form=digits(3)) for phase in phases for more in both]
+    title = f"RMS difference of {quantity.replace('_', ' ')}"
+    return Table.of(title, [words("Record"), words("Joint"), *heads], rows)
 
 
-def _measured(comparison: TrajectoryComparison) -> list[int]:
-    return [int(joint) for joint in np.flatnonzero(np.isfinite(comparison.rms[0]))]
-
-
-def _row(
-    record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...], joint: int, phases: list[str]
-) -> tuple[str, ...]:
-    cells = []
-    for phase in phases:
-        for rms in (c.rms, c.rms_initial):
-            if rms is not None:
-                value = rms[record.phases.index(phase), joint] if phase in record.phases else np.nan
-                cells.append(number(factor(c.unit) * value, 3))
+def _rows(
+    record: RecordResult, c: TrajectoryComparison, joints: tuple[str, ...], phases: list[str], models: int
+) -> list[tuple[str | float, ...]]:
+    """A row per joint that was measured; models: whether only the fitted one, or the start model, too."""
     name = f"{record.name} (not fitted)" if record.use == "validate" else record.name
-    return (name, "xyz"[joint] if c.unit == "m" else joints[joint], *cells)
+    rows = []
+    for joint in np.flatnonzero(np.isfinite(c.rms[0])):
+        values = [
+            factor(c.unit) * rms[record.phases.index(phase), joint]
+            if phase in record.phases and rms is not None
+            else np.nan
+            for phase in phases
+            for rms in (c.rms, c.rms_initial)[:models]
+        ]
+        rows.append((name, "xyz"[joint] if c.unit == "m" else joints[joint], *values))
+    return rows
 
 
 def circle_tables(result: MotionResult) -> list[Table]:
@@ -113,30 +93,28 @@ def circle_tables(result: MotionResult) -> list[Table]:
 
 
 def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table:
-    begun = tests["command"].centre
-    rows = []
-    for name, test in tests.items():
-        aside = 1e6 * (test.centre - begun)
-        errors = (1e6 * value for value in (test.error.min(), test.error.max(), test.deviation, test.rms))
-        cells = (
-            f"{1e3 * test.radius:.4f}",
-            *(f"{value:.0f}" for value in aside),
-            *(f"{1e6 * value:.1f}" for value in test.quadrant_rms),
-            *(f"{value:.1f}" for value in errors),
-        )
-        rows.append((name, *cells))
-    heads = (
-        ("Mean radius", "mm"),
-        ("Centre off, first axis", "µm"),
-        ("Second", "µm"),
-        *((f"RMS, quadrant {n}" if n == 1 else str(n), "µm") for n in range(1, 5)),
-        ("Innermost", "µm"),
-        ("Outermost", "µm"),
-    )
-    columns = (words("Path"), *(Column(*head) for head in (*heads, ("Deviation", "µm"), ("RMS", "µm"))))
-    return Table(
-        f"Circular test of {record.name}, radial errors about each path's mean circle", columns, tuple(rows)
-    )
+    begun, found = tests["command"].centre, list(tests.values())
+    aside = np.array([1e6 * (test.centre - begun) for test in found])
+    quadrants = 1e6 * np.array([test.quadrant_rms for test in found])
+    ends = {
+        "Innermost": [test.error.min() for test in found],
+        "Outermost": [test.error.max() for test in found],
+        "Deviation": [test.deviation for test in found],
+        "RMS": [test.rms for test in found],
+    }
+
+    def micrometres(heading: str, values: np.ndarray, decimals: int = 1) -> Column:
+        return Column(heading, "µm", [f"{value:.{decimals}f}" for value in values], ready)
+
+    columns = [
+        words("Path", tests),
+        Column("Mean radius", "mm", [f"{1e3 * test.radius:.4f}" for test in found], ready),
+        micrometres("Centre off, first axis", aside[:, 0], 0),
+        micrometres("Second", aside[:, 1], 0),
+        *(micrometres(str(n) if n > 1 else "RMS, quadrant 1", quadrants[:, n - 1]) for n in range(1, 5)),
+        *(micrometres(name, 1e6 * np.array(values)) for name, values in ends.items()),
+    ]
+    return Table(f"Circular test of {record.name}, radial errors about each path's mean circle", columns)
 
 
 def trial_table(result: MotionResult) -> Table | None:
@@ -145,28 +123,18 @@ def trial_table(result: MotionResult) -> Table | None:
     if t is None or len(t.name) < 2:
         return None
     odds = t.log_odds if len(t.log_odds) else np.full(len(t.name), np.nan)
-    parts = zip(t.round, t.name, t.gap, t.gap_validation, odds, t.kept, strict=True)
-    rows = [
-        (f"{turn:.0f}", name, number(gap, 3), number(judged, 3), _odds(one), "kept" if kept else "")
-        for turn, name, gap, judged, one, kept in parts
+    columns = [
+        Column("Round", "", [f"{turn:.0f}" for turn in t.round], ready),
+        words("Effect added", t.name),
+        Column("Gap", "", t.gap, digits(3)),
+        Column("Gap, records that judge", "", t.gap_validation, digits(3)),
+        Column("Log odds", "", [f"{one:.0f}" if np.isfinite(one) else NONE for one in odds], ready),
+        words("Decision", ["kept" if kept else "" for kept in t.kept]),
     ]
-    columns = (
-        Column("Round"),
-        words("Effect added"),
-        Column("Gap"),
-        Column("Gap, records that judge"),
-        Column("Log odds"),
-        words("Decision"),
-    )
-    least = "5" if result.searched else "2"
     note = (
         "Each is added to the model of its round and fitted; the likeliest stays if the records that judge"
-        f" are for it (log odds above {least}) and it takes 1 % off their gap."
+        f" are for it (log odds above {'5' if result.searched else '2'}) and it takes 1 % off their gap."
     )
     if result.searched:
         note += " Tried are those of the whole catalogue that promise most to first order."
-    return Table("Effects that may be missing", columns, tuple(rows), note)
-
-
-def _odds(value: float) -> str:
-    return f"{value:.0f}" if np.isfinite(value) else NONE
+    return Table("Effects that may be missing", columns, note)

@@ -9,27 +9,21 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.measured.frf_set import POWER, FrfSet
-from identify.measured.modal_table import ModalTable
 from identify.model.compliant import Response, by_columns, by_matrices, by_springs, respond, shortened
 from identify.model.compliant import gradient as model_gradient
 from identify.model.effects.measurement import Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
 from identify.model.impacted import impacted_frf
-from identify.model.modes import (
-    ComplexModes,
-    eigenvalue_change,
-    eigenvalue_gradient,
-    frequency_and_damping_change,
-)
 from identify.model.system import System
 from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact
+from identify.vibration.costs.modal_target import ModalTarget
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
 from identify.vibration.nuisances.placed import Placed, state
-from identify.vibration.nuisances.sensitivity import Block, structural_changes
+from identify.vibration.nuisances.sensitivity import Block
 
 _CHANGE = 1e-3
 """Change of s, rad/s, for derivatives of nonlinear FRFs."""
@@ -465,38 +459,6 @@ def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
             if one.simulated is not None and one.nuisances is not None
         ],
     )
-
-
-@dataclass(frozen=True, eq=False)
-class ModalTarget:
-    """One measured modal table and the system whose modes it lists; out (channels, n) where the table has
-    shapes.  nuisances: what is uncertain; their values may follow those of the parameters.
-    """
-
-    name: str
-    data: ModalTable
-    system: System
-    out: Array | None = None
-    nuisances: Placed | None = None
-
-    def at(self, values: Array) -> tuple[System, Array]:
-        """The system at values (unknowns,), and the values of the parameters."""
-        size = len(self.system.parameters)
-        if self.nuisances is None or not values[size:].any():
-            return self.system, values[:size]
-        there = state(self.nuisances, values[size:])
-        return self.system.with_more(there.mass, there.stiffness), values[:size]
-
-    def slopes(self, modes: ComplexModes, values: Array, free: Index) -> tuple[Array, Array]:
-        """Derivatives (m, free) of frequency_hz and damping_ratio of the modes at values (unknowns,)."""
-        size = len(self.system.parameters)
-        change = np.zeros((len(modes.eigenvalues), len(values)), dtype=complex)
-        change[:, :size] = eigenvalue_gradient(modes, self.system.factors, size)
-        if self.nuisances is not None and np.any(free >= size):
-            there = state(self.nuisances, values[size:])
-            mass, stiffness, numbers = structural_changes(self.nuisances, there)
-            change[:, size + numbers] += eigenvalue_change(modes, mass, stiffness)
-        return frequency_and_damping_change(modes, change[:, free])
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Complex
-from identify.reports.fit.pick import mac_of, partner, shown_modes
 from identify.reports.kit.cells import number, percent
-from identify.results.fit import MeasurementResult, ModePairs
+from identify.reports.shared.pick import mac_of, partner, shown_modes
+from identify.results.fit import MeasurementResult
 from identify.results.modes import AnalysedMeasurement
 from identify.results.tables import Modes
 
@@ -45,7 +45,7 @@ def mode_views(m: MeasurementResult) -> list[ModeView]:
         return views
     for mode in np.setdiff1d(np.arange(len(pairs.measured_frequency_hz)), pairs.measured):
         shape = pairs.measured_shapes[mode]
-        text = _measured_text(pairs, int(mode))
+        text = mode_text(pairs.measured_frequency_hz[mode], pairs.measured_damping_ratio[mode])
         views.append(ModeView(f"measured, no pair: {text}", "", text, None, None, shape / _largest(shape)))
     return views
 
@@ -56,7 +56,7 @@ def analysed_views(m: AnalysedMeasurement) -> list[ModeView]:
         return []
     views = []
     for row, shape in enumerate(m.shapes):
-        text = f"{number(m.modes.frequency_hz[row])} Hz, damping {percent(m.modes.damping_ratio[row])} %"
+        text = mode_text(m.modes.frequency_hz[row], m.modes.damping_ratio[row])
         hz = float(m.modes.frequency_hz[row])
         views.append(ModeView(f"{row + 1}: {text}", "", text, None, None, shape / _largest(shape), hz=hz))
     return views
@@ -69,7 +69,7 @@ def model_view(modes: Modes, row: int) -> ModeView:
     size = _largest(shape)
     shape = shape / size
     bodies = None if modes.body_shapes is None else modes.body_shapes[row] / size
-    text = f"{number(modes.frequency_hz[row])} Hz, damping {percent(modes.damping_ratio[row])} %"
+    text = mode_text(modes.frequency_hz[row], modes.damping_ratio[row])
     hz = float(modes.frequency_hz[row])
     return ModeView(f"{row + 1}: {text}", text, "", shape[:places], shape[places:], None, bodies, hz)
 
@@ -80,7 +80,9 @@ def _model_view(m: MeasurementResult, row: int) -> ModeView:
     mode = None if m.pairs is None else partner(m.pairs, row)
     if m.pairs is not None and mode is not None:
         mac, hz = mac_of(m.pairs, row), float(m.pairs.measured_frequency_hz[mode])
-        measured_text = _measured_text(m.pairs, mode) + ("" if np.isnan(mac) else f", MAC {number(mac)}")
+        measured_text = mode_text(hz, float(m.pairs.measured_damping_ratio[mode])) + (
+            "" if np.isnan(mac) else f", MAC {number(mac)}"
+        )
         if m.pairs.measured_shapes is not None:
             measured = None if view.points is None else _fitted_to(m.pairs.measured_shapes[mode], view.points)
     return replace(view, measured=measured_text, measured_points=measured, hz=hz)
@@ -95,9 +97,7 @@ def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, i
         view, other = _model_view(a, row), became.get(row)
         text, moved = "", None
         if other is not None:
-            text = (
-                f"{number(b.modes.frequency_hz[other])} Hz, damping {percent(b.modes.damping_ratio[other])} %"
-            )
+            text = mode_text(b.modes.frequency_hz[other], b.modes.damping_ratio[other])
             same = view.points is not None and np.array_equal(a.geometry.nodes, b.geometry.nodes)
             moved = (
                 _fitted_to(b.modes.point_shapes[other], view.points)
@@ -108,10 +108,9 @@ def beside_views(a: MeasurementResult, b: MeasurementResult, became: dict[int, i
     return views
 
 
-def _measured_text(pairs: ModePairs, mode: int) -> str:
-    ratio = pairs.measured_damping_ratio[mode]
-    damping = "" if np.isnan(ratio) else f", damping {percent(ratio)} %"
-    return f"{number(pairs.measured_frequency_hz[mode])} Hz{damping}"
+def mode_text(hz: float, ratio: float) -> str:
+    """Frequency and, where it is known, damping of a mode."""
+    return f"{number(hz)} Hz" + ("" if np.isnan(ratio) else f", damping {percent(ratio)} %")
 
 
 def _largest(shape: Complex) -> complex:

@@ -6,24 +6,23 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.reports.fit import measurement_tables, pick
+from identify.core.arrays import Complex
 from identify.reports.kit.cells import number, unit
-from identify.reports.kit.figures import Mac, pair_mac
-from identify.reports.kit.packing import pack, pack_frfs
-from identify.reports.kit.shapes import ModeView, mode_views
+from identify.reports.shared import measurement_tables, pick
+from identify.reports.shared.figures import Mac, pair_mac
+from identify.reports.shared.packing import pack, pack_frfs
+from identify.reports.shared.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
 from identify.results.tables import Bodies, Geometry
 
 _EXCITED = ("where it was excited", "excited here")
+_SIDES = ("response", "force")
 _MAP_STEP = 1e-3
 """Decades to which the gap map is rounded."""
 
 
-def measurement_data(
-    m: MeasurementResult, beside: Mapping[str, NDArray[np.complex128]] | None = None
-) -> dict[str, Any]:
+def measurement_data(m: MeasurementResult, beside: Mapping[str, Complex] | None = None) -> dict[str, Any]:
     """What a model makes of a measurement: robot, FRFs (beside: further curves as in `pack_frfs`), MAC."""
     return {
         "name": m.name,
@@ -44,13 +43,13 @@ Channels: TypeAlias = tuple[Sequence[str], Sequence[str]]
 """Of responses, then of forces."""
 
 
-def channels(frf: FrfComparison | None) -> Channels | None:
-    """Those of FRFs, where there are any."""
-    return None if frf is None else (frf.output, frf.input)
+def channels(frf: FrfComparison | None) -> Channels:
+    """Those of FRFs; none where there are no FRFs."""
+    return ((), ()) if frf is None else (frf.output, frf.input)
 
 
 def robot_data(
-    g: Geometry, seen: Channels | None, views: list[ModeView], ringed: list[int], said: tuple[str, str]
+    g: Geometry, seen: Channels, views: list[ModeView], ringed: list[int], said: tuple[str, str]
 ) -> dict[str, Any]:
     """Geometry and modes to look at; shapes as real and imaginary part in thousandths of the largest
     displacement.
@@ -79,19 +78,17 @@ def robot_data(
         "links": list(g.skeleton_links or ()),
         "bodies": _bodies_data(g.bodies),
         "segments": g.segments,
-        "arrows": {
-            kind: [[row, *way] for row, way in pick.ways(g, some).values()]
-            for kind, some in zip(("response", "force"), seen, strict=True)
-        }
-        if seen is not None
-        else {},
-        "ways": {}
-        if seen is None
-        else {name: [row, *way] for name, (row, way) in pick.ways(g, seen[0]).items()},
-        "measured": [] if seen is None else pick.nodes(seen[0]),
+        "arrows": {kind: list(_arrows(g, some).values()) for kind, some in zip(_SIDES, seen, strict=True)},
+        "ways": _arrows(g, seen[0]),
+        "measured": pick.nodes(seen[0]),
         "ring": {"nodes": ringed, "about": said[0], "tip": said[1]},
         "modes": modes,
     }
+
+
+def _arrows(g: Geometry, channels: Sequence[str]) -> dict[str, list[Any]]:
+    """Of channels: row of the point, and direction."""
+    return {name: [row, *way] for name, (row, way) in pick.ways(g, channels).items()}
 
 
 def _bodies_data(bodies: Bodies | None) -> dict[str, Any] | None:
@@ -109,15 +106,13 @@ def _bodies_data(bodies: Bodies | None) -> dict[str, Any] | None:
     }
 
 
-def _thousandths(shape: NDArray[np.complex128] | None) -> dict[str, Any] | None:
+def _thousandths(shape: Complex | None) -> dict[str, Any] | None:
     return (
         None if shape is None else {part: np.round(1000 * getattr(shape, part)) for part in ("real", "imag")}
     )
 
 
-def frf_data(
-    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None
-) -> dict[str, Any]:
+def frf_data(frf: FrfComparison, beside: Mapping[str, Complex] | None = None) -> dict[str, Any]:
     """Curves, errors and gap map of an FRF set; beside: further curves as in `pack_frfs`."""
     gap_map, order = pick.gap_map(frf), pick.map_order(frf)
     with np.errstate(divide="ignore"):
@@ -140,4 +135,10 @@ def mac_data(one: Mac | None) -> dict[str, Any] | None:
     if one is None:
         return None
     rows, columns = ([number(hz) for hz in side] for side in (one.rows_hz, one.columns_hz))
-    return {"rows": rows, "columns": columns, "down": one.down, "across": one.across, "values": one.values}
+    return {
+        "rows": rows,
+        "columns": columns,
+        "down": f"{one.down} (Hz)",
+        "across": f"{one.across} (Hz)",
+        "values": one.values,
+    }

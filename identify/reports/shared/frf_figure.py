@@ -6,15 +6,14 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from identify.core.arrays import Array
-from identify.reports.fit.measurement_tables import pair_name
-from identify.reports.fit.pick import is_drive_point, shown_frfs
+from identify.core.arrays import Array, Complex
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import NONE, number, unit
 from identify.reports.kit.figures import BLUE, GREEN, INK, ORANGE, PALETTE, WIDTH_IN
 from identify.reports.kit.small_panels import Box, Panel, SmallPanels, limits, ticks
+from identify.reports.shared.measurement_tables import pair_name
+from identify.reports.shared.pick import is_drive_point, shown_frfs
 from identify.results.fit import FrfComparison
 
 _COLUMNS = 3
@@ -33,7 +32,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
 
 
 def overlays(
-    frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, NDArray[np.complex128]] | None = None
+    frf: FrfComparison, modelled: str = "fitted", beside: Mapping[str, Complex] | None = None
 ) -> mpl.Figure:
     """The FRFs that `pick.shown_frfs` chooses, three a row.
 
@@ -80,8 +79,8 @@ def _boxes(top: float, high: float, column: int, count: int) -> list[Box]:
 
 
 def _curves(
-    frf: FrfComparison, pair: int, modelled: str, beside: Mapping[str, NDArray[np.complex128]]
-) -> dict[str, tuple[NDArray[np.complex128], dict[str, Any]]]:
+    frf: FrfComparison, pair: int, modelled: str, beside: Mapping[str, Complex]
+) -> dict[str, tuple[Complex, dict[str, Any]]]:
     """Values (lines,) and looks by name, in the order in which they are drawn."""
     found = {"measured": (frf.measured[:, pair], _LOOKS["measured"])}
     if frf.initial is not None:
@@ -93,7 +92,7 @@ def _curves(
     return found
 
 
-Curves = Mapping[str, tuple[NDArray[np.complex128], dict[str, Any]]]
+Curves = Mapping[str, tuple[Complex, dict[str, Any]]]
 
 
 def _drawn(panels: SmallPanels, boxes: list[Box], frf: FrfComparison, pair: int, curves: Curves) -> None:
@@ -138,7 +137,7 @@ def _title(frf: FrfComparison, pair: int) -> str:
     return f"{pair_name(frf, pair)}{' drive point' if is_drive_point(frf, pair) else ''}, {error}"
 
 
-def _degrees(values: NDArray[np.complex128]) -> Array:
+def _degrees(values: Complex) -> Array:
     """Phase in degrees, none of zero; the line is broken where it jumps from one end of the circle to the
     other.
     """

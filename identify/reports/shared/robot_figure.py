@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.reports.fit.pick import ways
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.figures import BLUE, GRID, INK, MUTED, ORANGE, PALETTE, WIDTH_IN, decades_beside
-from identify.reports.kit.shapes import ModeView
+from identify.reports.shared.pick import ways
+from identify.reports.shared.shapes import ModeView
 from identify.results.tables import Bodies, Geometry
 
 POSTURES, MODES = 6, 6

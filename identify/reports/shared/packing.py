@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from identify.core.arrays import Array, Complex
 from identify.results.fit import FrfComparison
 
 MAGNITUDE_STEP, PHASE_STEP, BAND_STEP, COHERENCE_STEP = 1e-4, 1e-3, 1e-2, 1e-3
@@ -24,7 +24,7 @@ _MISSING = np.int32(-(2**31))
 _BLOCK = 64
 
 
-def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, Any]:
+def pack(values: Array, step: float, order: int = 1) -> dict[str, Any]:
     """Curves (curves, n) rounded to a step, as `order`-th differences; what is not finite comes back as
     NaN.
     """
@@ -40,9 +40,7 @@ def pack(values: NDArray[np.float64], step: float, order: int = 1) -> dict[str, 
     return {"n": values.shape[1], "step": step, "order": order, "data": data}
 
 
-def pack_frfs(
-    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]] | None = None
-) -> dict[str, Any]:
+def pack_frfs(frf: FrfComparison, beside: Mapping[str, Complex] | None = None) -> dict[str, Any]:
     """All curves of an FRF set in blocks of 64 pairs, so that a page unpacks only the block it shows.
 
     beside: further smooth curves by name, each (lines, pairs).
@@ -54,9 +52,7 @@ def pack_frfs(
     return {"size": _BLOCK, "blocks": blocks}
 
 
-def _pack_block(
-    frf: FrfComparison, beside: Mapping[str, NDArray[np.complex128]], pairs: slice
-) -> dict[str, Any]:
+def _pack_block(frf: FrfComparison, beside: Mapping[str, Complex], pairs: slice) -> dict[str, Any]:
     block: dict[str, Any] = {}
     smooth = {"fitted": frf.fitted, "initial": frf.initial, **beside}
     for name, curve, order in (
@@ -77,12 +73,12 @@ def _pack_block(
     return block
 
 
-def _decades(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _decades(values: Array) -> Array:
     with np.errstate(divide="ignore"):
         return np.asarray(np.log10(values))
 
 
-def _unwrapped(values: NDArray[np.complex128]) -> NDArray[np.float64]:
+def _unwrapped(values: Complex) -> Array:
     """Phase without jumps along the lines; a missing line, or a zero, leaves its neighbours alone."""
     known = np.isfinite(values) & (values != 0)
     return np.where(known, np.unwrap(np.angle(np.where(known, values, 1.0)), axis=0), np.nan)

@@ -10,10 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.fitting.uncertainty import BOUNDS
 from identify.measured.channel import Channel
 from identify.results.fit import FrfComparison, MeasurementResult, ModePairs
-from identify.results.tables import Geometry, ParameterTable
+from identify.results.tables import Geometry
 
 _FEW_MODES = 12
 _BANDS = 40
@@ -112,45 +111,6 @@ def _band_top(measurement: MeasurementResult) -> float:
     tops = [] if measurement.frf is None else [measurement.frf.frequency_hz[-1]]
     tops += [] if measurement.pairs is None else [measurement.pairs.measured_frequency_hz.max(initial=0.0)]
     return float(max(tops, default=np.inf))
-
-
-def between_bounds(table: ParameterTable, values: Array) -> Array:
-    """Where values (..., p) lie between their bounds, 0 lower to 1 upper, on the scale they are searched
-    on.
-    """
-    lower, upper = table.lower, table.upper
-    with np.errstate(divide="ignore", invalid="ignore"):
-        linear = (values - lower) / (upper - lower)
-        logarithmic = np.log(values / lower) / np.log(upper / lower)
-    return np.clip(np.where(table.log, logarithmic, linear), 0.0, 1.0)
-
-
-def half_interval(table: ParameterTable) -> Array:
-    """Half the 95 % interval over the value, (p,); NaN where fixed, or at a bound."""
-    known = np.array([status not in BOUNDS for status in table.status]) & (table.value != 0)
-    size = np.where(known, np.abs(table.value), np.nan)
-    return np.asarray((table.high_95 - table.low_95) / 2 / size)
-
-
-def interval_limits(table: ParameterTable) -> tuple[Array, Array]:
-    """The 95 % limits, each (p,); NaN on the side on which a parameter is at its bound."""
-    low, high = (np.array([status == side for status in table.status]) for side in BOUNDS)
-    return np.where(low, np.nan, table.low_95), np.where(high, np.nan, table.high_95)
-
-
-def cost_lines(history: Array) -> list[tuple[int, int, Array, Array]]:
-    """The history as lines (start, stage, evaluations since the start began, best cost of the stage); failed
-    evaluations left out.
-    """
-    lines = []
-    for start in np.unique(history[:, 0]):
-        done = 0.0
-        for stage in np.unique(history[history[:, 0] == start, 1]):
-            rows = history[(history[:, 0] == start) & (history[:, 1] == stage)]
-            known = np.isfinite(rows[:, 3])
-            lines.append((int(start), int(stage), rows[known, 2] + done, rows[known, 3]))
-            done += float(rows[-1, 2])
-    return lines
 
 
 def nodes(channels: Sequence[str]) -> list[int]:

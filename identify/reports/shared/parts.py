@@ -9,13 +9,13 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import count, listed
-from identify.reports.fit import data, frf_figure, measurement_tables, pick
-from identify.reports.kit import figures, robot_figure
 from identify.reports.kit.cells import Table
-from identify.reports.kit.report import PAGE, PRINT, Drawing, Fold, Part, Tabular, Text, Widget
-from identify.reports.kit.shapes import ModeView, mode_views
+from identify.reports.kit.report import PAGE, PRINT, Drawing, Fold, Part, Tabular, Widget, note
+from identify.reports.shared import data, figures, frf_figure, measurement_tables, pick, robot_figure
+from identify.reports.shared.shapes import ModeView, mode_views
 from identify.results.fit import FrfComparison, MeasurementResult
 
+Page = Mapping[str, Any]
 WORST_ROWS = 10
 """FRFs that the PDF lists, of each measurement."""
 STAGES = {
@@ -26,9 +26,13 @@ STAGES = {
 """Canvases on which shapes move, and what they show."""
 
 
-def stage(measurements: Sequence[Any], stages: Sequence[tuple[str, str]], what: str = "Posture") -> Widget:
-    """Canvases on which the shapes of measurements (with a name each) move; stages: (kind, what it shows)."""
-    return Widget("stage", {"measurements": measurements, "stages": stages, "what": what})
+def stage(
+    measurements: Sequence[Any], stages: Sequence[tuple[str, str]], page: Page, what: str = "Posture"
+) -> Widget:
+    """Canvases on which the shapes of measurements (with a name each) move; stages: (kind, what it shows);
+    page: what the scripts of the page draw of the measurements, FRFs and MAC too.
+    """
+    return Widget("stage", {"measurements": measurements, "stages": stages, "what": what}, page)
 
 
 def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]]:
@@ -43,9 +47,11 @@ def stages_of(measurements: Sequence[MeasurementResult]) -> list[tuple[str, str]
     return [(kind, about) for kind, about in STAGES.items() if there[kind]]
 
 
-def frf_picker(measurements: Sequence[Any], initial: bool = False) -> Widget:
-    """One FRF of the page at a time; initial: whether the start model's can be shown."""
-    return Widget("frf_picker", {"measurements": measurements, "initial": initial})
+def frf_picker(measurements: Sequence[Any], initial: bool = False, page: Page | None = None) -> Widget:
+    """One FRF of the page at a time; initial: whether the start model's can be shown; page: as of `stage`,
+    where there is none.
+    """
+    return Widget("frf_picker", {"measurements": measurements, "initial": initial}, page or {})
 
 
 def overlays(name: str, frf: FrfComparison, modelled: str = "fitted") -> list[Part]:
@@ -85,16 +91,13 @@ def overlays_beside(name: str, frfs: Mapping[str, FrfComparison], said: str) -> 
 
 def gap_maps(named: Sequence[tuple[str, FrfComparison]], measurements: Sequence[Any]) -> list[Part]:
     """Where in frequency and channel the residual is: one measurement at a time on the page."""
-    drawings = [
-        Drawing(
-            "",
-            partial(figures.gap_map, name, frf),
-            f"Residual by band and FRF, {name}.",
-            lambda frf=frf: [data.gap_map(frf)],  # type: ignore[misc]
-        )
-        for name, frf in named
-    ]
+    drawings = [_gap_map(name, frf) for name, frf in named]
     return [Widget("gap_map", {"measurements": measurements}), *drawings]
+
+
+def _gap_map(name: str, frf: FrfComparison) -> Drawing:
+    figure, caption = partial(figures.gap_map, name, frf), f"Residual by band and FRF, {name}."
+    return Drawing("", figure, caption, lambda: [data.gap_map(frf)])
 
 
 def error_lists(tables: Sequence[Table]) -> list[Part]:
@@ -103,7 +106,7 @@ def error_lists(tables: Sequence[Table]) -> list[Part]:
         Fold(table.title, [Tabular(table, sort=f"frf-{k}", limit=15)], open=not k, on=PAGE)
         for k, table in enumerate(tables)
     ]
-    return [*folds, Text("Worst first. Click a heading to sort, a row to see its FRF.", "note", PAGE)]
+    return [*folds, note("Worst first. Click a heading to sort, a row to see its FRF.")]
 
 
 def mac(matrices: Sequence[figures.Mac], caption: str) -> list[Part]:

@@ -1,0 +1,1 @@
+"""What reports of several kinds share: FRFs and modes of measurements, parameters, the robot, postures."""

@@ -1,0 +1,51 @@
+"""Measured modes side by side with the model that has them: what a cost is given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identify.core.arrays import Array, Index
+from identify.measured.modal_table import ModalTable
+from identify.model.modes import (
+    ComplexModes,
+    eigenvalue_change,
+    eigenvalue_gradient,
+    frequency_and_damping_change,
+)
+from identify.model.system import System
+from identify.vibration.nuisances.placed import Placed, state
+from identify.vibration.nuisances.sensitivity import structural_changes
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTarget:
+    """One measured modal table and the system whose modes it lists; out (channels, n) where the table has
+    shapes.  nuisances: what is uncertain; their values may follow those of the parameters.
+    """
+
+    name: str
+    data: ModalTable
+    system: System
+    out: Array | None = None
+    nuisances: Placed | None = None
+
+    def at(self, values: Array) -> tuple[System, Array]:
+        """The system at values (unknowns,), and the values of the parameters."""
+        size = len(self.system.parameters)
+        if self.nuisances is None or not values[size:].any():
+            return self.system, values[:size]
+        there = state(self.nuisances, values[size:])
+        return self.system.with_more(there.mass, there.stiffness), values[:size]
+
+    def slopes(self, modes: ComplexModes, values: Array, free: Index) -> tuple[Array, Array]:
+        """Derivatives (m, free) of frequency_hz and damping_ratio of the modes at values (unknowns,)."""
+        size = len(self.system.parameters)
+        change = np.zeros((len(modes.eigenvalues), len(values)), dtype=complex)
+        change[:, :size] = eigenvalue_gradient(modes, self.system.factors, size)
+        if self.nuisances is not None and np.any(free >= size):
+            there = state(self.nuisances, values[size:])
+            mass, stiffness, numbers = structural_changes(self.nuisances, there)
+            change[:, size + numbers] += eigenvalue_change(modes, mass, stiffness)
+        return frequency_and_damping_change(modes, change[:, free])
