@@ -149,9 +149,7 @@ def _with_parts(eigenvalues: Complex, s: Complex, parts: Sequence[Part]) -> Comp
         steep += [np.concatenate([-turned.real, turned.imag], axis=-1)]
     table = real_product(2 * np.stack(steep, axis=-1), np.stack(lines, axis=-2))
     inverse = _inverse(eigenvalues, s)[0]
-    for half in np.split(table, 2, axis=-2):
-        half *= inverse
-    return table
+    return np.asarray(table * np.concatenate([inverse, inverse], axis=-2))
 
 
 def _paired_table(eigenvalues: Complex, s: Complex) -> Complex:

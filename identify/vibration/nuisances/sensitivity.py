@@ -89,12 +89,14 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
         moved = np.arange(len(held))
     elif held.any():
         mass, stiffness = (matrices[:, moved[:, None], moved] for matrices in (mass, stiffness))
-    there = model.motion[2][:, moved], model.motion[0][:, moved]
-    lines, _, inputs = there[0].shape
+    lines, _, inputs = model.motion[0].shape
     size, count = len(moved), len(numbers)
-    pushed = mass.reshape(-1, size) @ there[0] + stiffness.reshape(-1, size) @ there[1]
-    load = -(model.s**model.power)[:, None, None, None] * pushed.reshape(lines, count, size, inputs)
-    load = load.transpose(0, 2, 3, 1).reshape(lines, size, -1)
+    there = [_flat(model.motion[power][:, moved]) for power in (2, 0)]
+    pushed = real_product(mass.reshape(-1, size), there[0]) + real_product(
+        stiffness.reshape(-1, size), there[1]
+    )
+    turned = pushed.reshape(count, size, lines, inputs).transpose(2, 1, 3, 0)
+    load = (-(model.s**model.power)[:, None, None, None] * turned).reshape(lines, size, -1)
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
     slopes = (model.transfer[..., moved] @ load).reshape(lines, model.transfer.shape[1], inputs, count)
@@ -104,6 +106,11 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
         first = count - len(heavy)
         slopes[..., first + np.flatnonzero(moving)] += _moved_ends(placed, at, model, heavy[moving])
     return Block(np.arange(slopes.shape[1]), numbers, slopes)
+
+
+def _flat(motion: Complex) -> Complex:
+    """(n, lines * inputs) of motions (lines, n, inputs)."""
+    return np.swapaxes(motion, 0, 1).reshape(motion.shape[1], -1)
 
 
 def shapes(placed: Placed, at: State, model: Excited) -> list[Block]:
@@ -134,11 +141,9 @@ def _by_force(model: Excited, at: State, force: Array) -> Complex:
     """(lines, outputs, c): response to other forces (n, c)."""
     line = model.s[:, None, None]
     load = np.broadcast_to(force.astype(complex), (len(model.s), *force.shape))
-    end, response = None, np.zeros(1, dtype=complex)
+    response = np.zeros(1, dtype=complex)
     if isinstance(model.end, EndOfRecord):
-        none = np.zeros((0, *model.matrices[0].shape))
-        end = end_by_matrices(model.matrices, model.s, force, model.end.record, none, none)
-    if end is not None:
+        end = model.end.under(force)
         load = force - end.load(model.matrices[0], model.matrices[1], model.s)
         response = np.asarray(at.out @ end.motion(model.s, model.power))
     return np.asarray(line**model.power * (model.transfer @ load) + response)
