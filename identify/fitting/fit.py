@@ -121,8 +121,6 @@ def fit(plan: FitPlan, progress: Progress | None = None, workers: Processes | No
     for start in _every(plan, progress, workers):
         starts.append(start)
         if _settled(starts, plan):
-            if workers is not None:
-                workers.abandon()
             break
     if plan.last_resort and len(starts) > 1 and not _settled(starts, plan):
         x = scale.to_x(min(starts, key=lambda start: start.cost).final)
@@ -138,22 +136,52 @@ def fit(plan: FitPlan, progress: Progress | None = None, workers: Processes | No
 
 
 def _every(plan: FitPlan, progress: Progress, workers: Processes | None) -> Iterator[Start]:
-    """The starts in order; workers run them ahead of their turn, once an interrupted run has caught up."""
+    """The starts in order; workers run as many as they are side by side, once an interrupted run has caught
+    up.
+    """
     points = list(enumerate(starting_points(plan.parameters, plan.starts, plan.start_factor, plan.seed)))
-    coming: Iterator[list[Led]] | None = None
-    for number, x in points:
-        if workers is not None and coming is None and progress.journal.exhausted:
-            coming = workers.ordered(plan, _ahead, points[number:])
-        ahead = [] if coming is None else next(coming)
-        yield _run(number, x, plan.stages, plan, progress, ahead)
+    while points:
+        if workers is None or not progress.journal.exhausted:
+            together, ahead = points[:1], [list[Led]()]
+        else:
+            together = points[: workers.count]
+            ahead = _ahead(plan, progress, workers, together)
+        for (number, x), known in zip(together, ahead, strict=True):
+            yield _run(number, x, plan.stages, plan, progress, known)
+        points = points[len(together) :]
 
 
-def _ahead(plan: FitPlan, start: tuple[int, Array]) -> list[Led]:
-    """The stages of one start, in a process of its own, which does not know where others led."""
-    number, x = start
+def _ahead(
+    plan: FitPlan, progress: Progress, workers: Processes, starts: Sequence[tuple[int, Array]]
+) -> list[list[Led]]:
+    """The stages of some starts, by number and x (free,), each run by a process of its own: stage by stage,
+    so that none is run that an earlier one of them begins as well.
+    """
+    values = [Scale(plan.parameters).to_values(x) for _, x in starts]
+    known, found = list(progress.led), [list[Led]() for _ in starts]
+    for position, stage in enumerate(plan.stages):
+        begun = [one.before for one in known if one.position == position]
+        own, which = list[int](), list[int]()
+        for number, before in enumerate(values):
+            alike = _alike(stage, before, begun, plan)
+            which.append(len(begun) if alike is None else alike)
+            if alike is None:
+                begun.append(before)
+                own.append(number)
+        jobs = [(starts[number][0], position, values[number]) for number in own]
+        for number, led in zip(own, workers.ordered(plan, _job, jobs), strict=True):
+            found[number].append(led)
+            known.append(led)
+        there = [one for one in known if one.position == position]
+        values = [there[number].after for number in which]
+    return found
+
+
+def _job(plan: FitPlan, asked: tuple[int, int, Array]) -> Led:
+    """A stage from values (parameters,), by the numbers of its start and its own."""
+    number, position, values = asked
     progress = Progress(journal=Journal(made=[]))
-    _run(number, x, plan.stages, plan, progress)
-    return progress.led
+    return _stage((number, position), plan.stages[position], values, plan, progress, progress.began)
 
 
 def _settled(starts: Sequence[Start], plan: FitPlan) -> bool:
@@ -254,14 +282,19 @@ def _known(position: int, values: Array, ahead: Sequence[Led]) -> Led | None:
 
 def _led(position: int, stage: Stage, values: Array, plan: FitPlan, progress: Progress) -> Led | None:
     """Where a stage led that began at these values in an earlier start; None where none did."""
+    there = [one for one in progress.led if one.position == position]
+    alike = _alike(stage, values, [one.before for one in there], plan)
+    return None if alike is None else there[alike]
+
+
+def _alike(stage: Stage, values: Array, begun: Sequence[Array], plan: FitPlan) -> int | None:
+    """The number of the first values (parameters,) from which a stage leads where it leads from these."""
     if not plan.alike or stage.optimizer.kind != "gauss-newton":
         return None
     scale = Scale(plan.parameters)
-    for one in progress.led:
-        apart = np.abs(scale.to_x(one.before) - scale.to_x(values)).max(initial=0.0)
-        if one.position == position and apart <= plan.alike:
-            return one
-    return None
+    x = scale.to_x(values)
+    apart = (np.abs(scale.to_x(before) - x).max(initial=0.0) for before in begun)
+    return next((number for number, far in enumerate(apart) if far <= plan.alike), None)
 
 
 def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale:

@@ -98,10 +98,6 @@ class Processes(AbstractContextManager["Processes"]):
             self._files[id(thing)] = thing, path  # with the thing, or another could get its id
         return self._files[id(thing)][1]
 
-    def abandon(self) -> None:
-        """What is under way is not wanted any more, and ends at its next step; no more work can be given."""
-        self._end.set()
-
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:

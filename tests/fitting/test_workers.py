@@ -32,7 +32,7 @@ def plan() -> FitPlan:
 
 @pytest.fixture(scope="module")
 def workers() -> Iterator[Processes]:
-    """Two, for all tests of this file; the last one abandons them."""
+    """Two, for all tests of this file."""
     with Processes(2) as processes:
         yield processes
 
@@ -80,7 +80,7 @@ def test_an_interrupted_fit_is_gone_on_with_by_another_number(
     _same(_fitted(plan, tmp_path, workers, begun), alone)
 
 
-def test_starts_that_are_not_wanted_any_more_end(plan: FitPlan, workers: Processes, tmp_path: Path) -> None:
+def test_starts_that_agree_end_the_fit(plan: FitPlan, workers: Processes, tmp_path: Path) -> None:
     settled = replace(plan, starts=40, believed_cost=np.inf)
     by_workers = _fitted(settled, tmp_path, workers)
     assert len(by_workers[0].starts) < 10
