@@ -1,12 +1,13 @@
 """How times grow with coordinates, lines, outputs, postures and workers, each beside what limits it.
 
     python -m tests.benchmarks.growth [--out tests/benchmarks/results/growth.json] [--draw docs/growth.png]
+                                      [--workers]
 
 Processor time in one thread, medians of 5, of an arm with so many coordinates free; wall time for workers.
 The limits are measured in the same run: of records that end LAPACK's eigenvectors, of all other FRFs the one
 product of real numbers by which motions become outputs, of a map its FRFs by NumPy, of workers the time of
-one over their number, as far as there are processors.  --draw draws what --out has, without measuring, where
-that is there.
+one over their number, as far as there are processors.  --workers measures these too, on a machine that does
+nothing else; --draw draws what --out has, without measuring, where that is there.
 """
 
 from __future__ import annotations
@@ -148,8 +149,8 @@ def _fit(plan: FitPlan, count: int) -> None:
         fit(plan, workers=processes)
 
 
-def measured() -> list[Curve]:
-    """All of them."""
+def measured(*, side_by_side: bool) -> list[Curve]:
+    """All of them; side_by_side: workers too."""
     work_in(1)
     with threadpool_limits(1), tempfile.TemporaryDirectory() as name:
         folder, study = Path(name), ROOT / "configs" / "arm_hammer_test.yaml"
@@ -158,7 +159,7 @@ def measured() -> list[Curve]:
         config = folder / "stated.yaml"  # whose valley is long, because something is missing
         config.write_text(f"{text.replace('../data', str(ROOT / 'data'))}\nuncertainty: typical\n")
         file = folder / "fit.h5"
-        return [*frfs(folder), *postures(file), *workers(config, file)]
+        return [*frfs(folder), *postures(file), *(workers(config, file) if side_by_side else ())]
 
 
 def draw(curves: list[Curve], path: Path) -> None:
@@ -188,9 +189,11 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("--out", type=Path, default=_RESULTS)
     asked.add_argument("--draw", type=Path)
+    asked.add_argument("--workers", action="store_true")
     given = asked.parse_args()
     if not given.draw or not given.out.exists():
-        given.out.write_text(json.dumps([asdict(one) for one in measured()], indent=1) + "\n")
+        curves = measured(side_by_side=given.workers)
+        given.out.write_text(json.dumps([asdict(one) for one in curves], indent=1) + "\n")
     curves = [Curve(**one) for one in json.loads(given.out.read_text())]
     for one in curves:
         steep = np.log(one.time_s[-1] / one.time_s[-2]) / np.log(one.size[-1] / one.size[-2])
