@@ -142,39 +142,52 @@ def _every(plan: FitPlan, progress: Progress, workers: Processes | None) -> Iter
     points = list(enumerate(starting_points(plan.parameters, plan.starts, plan.start_factor, plan.seed)))
     while points:
         if workers is None or not progress.journal.exhausted:
-            together, ahead = points[:1], [list[Led]()]
+            together, ahead = points[:1], None
         else:
             together = points[: workers.count]
-            ahead = _ahead(plan, progress, workers, together)
-        for (number, x), known in zip(together, ahead, strict=True):
-            yield _run(number, x, plan.stages, plan, progress, known)
+            ahead = _Ahead(plan, workers, together, list(progress.led))
+        for number, x in together:
+            yield _run(number, x, plan.stages, plan, progress, ahead)
         points = points[len(together) :]
 
 
-def _ahead(
-    plan: FitPlan, progress: Progress, workers: Processes, starts: Sequence[tuple[int, Array]]
-) -> list[list[Led]]:
-    """The stages of some starts, by number and x (free,), each run by a process of its own: stage by stage,
-    so that none is run that an earlier one of them begins as well.
+class _Ahead:
+    """Some starts, by number and x (free,), side by side: stage by stage, so that none is run that an earlier
+    one of them begins as well, each when the first of them comes to it, so that a run that is killed has all
+    stages of that one; known: where stages of earlier starts led.
     """
-    values = [Scale(plan.parameters).to_values(x) for _, x in starts]
-    known, found = list(progress.led), [list[Led]() for _ in starts]
-    for position, stage in enumerate(plan.stages):
-        begun = [one.before for one in known if one.position == position]
-        own, which = list[int](), list[int]()
-        for number, before in enumerate(values):
+
+    def __init__(
+        self, plan: FitPlan, workers: Processes, starts: Sequence[tuple[int, Array]], known: list[Led]
+    ) -> None:
+        self._plan, self._workers, self._known = plan, workers, known
+        self._values = {number: Scale(plan.parameters).to_values(x) for number, x in starts}
+        self._found: list[dict[int, Led]] = []
+
+    def led(self, number: int, position: int, values: Array) -> Led | None:
+        """Where a stage of a start led; None where it was not run from these very values (parameters,)."""
+        while len(self._found) <= position:
+            self._found.append(self._next(len(self._found)))
+        found = self._found[position].get(number)
+        return found if found is not None and np.array_equal(found.before, values) else None
+
+    def _next(self, position: int) -> dict[int, Led]:
+        """The next stage of those starts that are not spared it."""
+        stage, plan = self._plan.stages[position], self._plan
+        begun = [one.before for one in self._known if one.position == position]
+        own, which = list[int](), dict[int, int]()
+        for number, before in self._values.items():
             alike = _alike(stage, before, begun, plan)
-            which.append(len(begun) if alike is None else alike)
+            which[number] = len(begun) if alike is None else alike
             if alike is None:
                 begun.append(before)
                 own.append(number)
-        jobs = [(starts[number][0], position, values[number]) for number in own]
-        for number, led in zip(own, workers.ordered(plan, _job, jobs), strict=True):
-            found[number].append(led)
-            known.append(led)
-        there = [one for one in known if one.position == position]
-        values = [there[number].after for number in which]
-    return found
+        jobs = [(number, position, self._values[number]) for number in own]
+        found = dict(zip(own, self._workers.ordered(plan, _job, jobs), strict=True))
+        self._known += found.values()
+        there = [one for one in self._known if one.position == position]
+        self._values = {number: there[at].after for number, at in which.items()}
+        return found
 
 
 def _job(plan: FitPlan, asked: tuple[int, int, Array]) -> Led:
@@ -207,15 +220,15 @@ def _run(
     stages: Sequence[Stage],
     plan: FitPlan,
     progress: Progress,
-    ahead: Sequence[Led] = (),
+    ahead: _Ahead | None = None,
 ) -> Start:
-    """One start, from x (free,) through these stages; ahead: what is known of it already."""
+    """One start, from x (free,) through these stages; ahead: runs it beside others."""
     began, initial, evaluations = time.perf_counter(), Scale(plan.parameters).to_values(x), 0
     outcome, values, spent = Outcome(False, "no stage ran"), initial, 0.0
     for position, stage in enumerate(stages):
         known = _led(position, stage, values, plan, progress)
         if known is None:
-            known = _known(position, values, ahead)
+            known = None if ahead is None else ahead.led(number, position, values)
             if known is None:
                 known = _stage((number, position), stage, values, plan, progress, began)
             else:
@@ -271,13 +284,6 @@ def _taken(number: int, stage: Stage, led: Led, plan: FitPlan, progress: Progres
 def _told(stage: Stage, plan: FitPlan, best: float) -> float:
     """The best cost of a stage, NaN where that is not the cost of the result."""
     return best if stage.objective is plan.objective else np.nan
-
-
-def _known(position: int, values: Array, ahead: Sequence[Led]) -> Led | None:
-    """What is known of a stage that begins at these very values."""
-    return next(
-        (one for one in ahead if one.position == position and np.array_equal(one.before, values)), None
-    )
 
 
 def _led(position: int, stage: Stage, values: Array, plan: FitPlan, progress: Progress) -> Led | None:
