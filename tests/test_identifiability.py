@@ -16,6 +16,7 @@ from identify.fitting.uncertainty import inseparable
 from identify.measured.modal_table import ModalTable
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import Targets
+from identify.vibration.evaluate import _open
 from identify.vibration.uncertainty import gap, score_variance, uncertainty
 from tests.arms import initial
 from tests.benchmarks.coverage import Repeated, covered, study
@@ -168,3 +169,14 @@ def test_coverage_on_independent_hammer_tests(tmp_path: Path) -> None:
     assert 0.88 <= found.hits.mean() <= 1.0
     scatter = np.log(found.ratios).std(axis=0)
     assert 0.7 < np.median(found.stated.mean(axis=0) / scatter) < 1.5
+
+
+def test_a_sentence_names_few_open_directions_and_counts_many() -> None:
+    groups = ["a, b", "b, c", "d", "e, a"]
+    assert _open([]) == ""
+    assert _open(groups[:3]) == " Not determined, alone or in combination: a, b; b, c; d."
+    many = _open(groups)
+    assert (
+        many.startswith(" 4 combinations of 5 parameters are not determined")
+        and "the least determined last" in many
+    )

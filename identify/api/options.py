@@ -53,6 +53,10 @@ class FitOptions:
     out: Out = None
     seed: Annotated[int | None, typer.Option(help="overrides `seed` of the study")] = None
     starts: Starts = None
+    workers: Annotated[
+        int | None,
+        typer.Option(min=1, help="processes that run starts side by side, with the same result; default: 1"),
+    ] = None
     report: Report = True
     resume: Annotated[
         bool,

@@ -85,7 +85,7 @@ ANALYSES = (
             "fit": Run(
                 "identify.setup.fit:run_fit",
                 ("seed", "starts"),
-                ("resume", "profile", "write_back"),
+                ("workers", "resume", "profile", "write_back"),
                 _BAR,
             )
         },

@@ -7,7 +7,7 @@ What a fit says about itself afterwards (intervals, what the data do not determi
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +19,7 @@ from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Outcome, Search, minimized
 from identify.fitting.plan import FitPlan, Stage
+from identify.fitting.processes import Processes
 
 _SAME = 1e-3
 """Relative difference of cost below which two starts are said to have found the same minimum."""
@@ -77,6 +78,21 @@ class Fit:
         return agreeing([start.cost for start in self.starts])
 
 
+@dataclass(frozen=True)
+class Led:
+    """Where a stage, by its number, led from values (parameters,): values after it and how it ended; rows:
+    evaluations, best cost and seconds since its start began, for the history; records: of the journal.
+    """
+
+    position: int
+    before: Array
+    after: Array
+    outcome: Outcome
+    evaluations: int
+    rows: tuple[tuple[int, float, float], ...]
+    records: tuple[bytes, ...] = ()
+
+
 @dataclass
 class Progress:
     """What goes along with a fit: `show` is told of every step as (start, starts, stage kind, evaluations,
@@ -88,12 +104,13 @@ class Progress:
     journal: Journal = field(default_factory=Journal)
     began: float = field(default_factory=time.perf_counter)
     rows: list[tuple[float, ...]] = field(default_factory=list)
-    led: list[tuple[int, Array, Array, Outcome]] = field(default_factory=list)
+    led: list[Led] = field(default_factory=list)
     ended: Callable[[], None] = lambda: None
 
 
-def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
-    """Fit as the plan says; the same plan gives the same result.
+def fit(plan: FitPlan, progress: Progress | None = None, workers: Processes | None = None) -> Fit:
+    """Fit as the plan says; the same plan gives the same result, by however many workers, which run starts
+    side by side.
 
     Raises InputError where the data cannot move a free parameter, or the model has no solution at any start.
     """
@@ -101,8 +118,8 @@ def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
     scale = Scale(plan.parameters)
     check_moves(plan.parameters, plan.objective)
     starts: list[Start] = []
-    for number, x in enumerate(starting_points(plan.parameters, plan.starts, plan.start_factor, plan.seed)):
-        starts.append(_run(number, x, plan.stages, plan, progress))
+    for start in _every(plan, progress, workers):
+        starts.append(start)
         if _settled(starts, plan):
             break
     if plan.last_resort and len(starts) > 1 and not _settled(starts, plan):
@@ -116,6 +133,68 @@ def fit(plan: FitPlan, progress: Progress | None = None) -> Fit:
     progress.ended()
     history = np.array(progress.rows).reshape(-1, 5)
     return Fit(winner.final, winner.cost, tuple(starts), history, time.perf_counter() - progress.began)
+
+
+def _every(plan: FitPlan, progress: Progress, workers: Processes | None) -> Iterator[Start]:
+    """The starts in order; workers run as many as they are side by side, once an interrupted run has caught
+    up.
+    """
+    points = list(enumerate(starting_points(plan.parameters, plan.starts, plan.start_factor, plan.seed)))
+    while points:
+        if workers is None or not progress.journal.exhausted:
+            together, ahead = points[:1], None
+        else:
+            together = points[: workers.count]
+            ahead = _Ahead(plan, workers, together, list(progress.led))
+        for number, x in together:
+            yield _run(number, x, plan.stages, plan, progress, ahead)
+        points = points[len(together) :]
+
+
+class _Ahead:
+    """Some starts, by number and x (free,), side by side: stage by stage, so that none is run that an earlier
+    one of them begins as well, each when the first of them comes to it, so that a run that is killed has all
+    stages of that one; known: where stages of earlier starts led.
+    """
+
+    def __init__(
+        self, plan: FitPlan, workers: Processes, starts: Sequence[tuple[int, Array]], known: list[Led]
+    ) -> None:
+        self._plan, self._workers, self._known = plan, workers, known
+        self._values = {number: Scale(plan.parameters).to_values(x) for number, x in starts}
+        self._found: list[dict[int, Led]] = []
+
+    def led(self, number: int, position: int, values: Array) -> Led | None:
+        """Where a stage of a start led; None where it was not run from these very values (parameters,)."""
+        while len(self._found) <= position:
+            self._found.append(self._next(len(self._found)))
+        found = self._found[position].get(number)
+        return found if found is not None and np.array_equal(found.before, values) else None
+
+    def _next(self, position: int) -> dict[int, Led]:
+        """The next stage of those starts that are not spared it."""
+        stage, plan = self._plan.stages[position], self._plan
+        begun = [one.before for one in self._known if one.position == position]
+        own, which = list[int](), dict[int, int]()
+        for number, before in self._values.items():
+            alike = _alike(stage, before, begun, plan)
+            which[number] = len(begun) if alike is None else alike
+            if alike is None:
+                begun.append(before)
+                own.append(number)
+        jobs = [(number, position, self._values[number]) for number in own]
+        found = dict(zip(own, self._workers.ordered(plan, _job, jobs), strict=True))
+        self._known += found.values()
+        there = [one for one in self._known if one.position == position]
+        self._values = {number: there[at].after for number, at in which.items()}
+        return found
+
+
+def _job(plan: FitPlan, asked: tuple[int, int, Array]) -> Led:
+    """A stage from values (parameters,), by the numbers of its start and its own."""
+    number, position, values = asked
+    progress = Progress(journal=Journal(made=[]))
+    return _stage((number, position), plan.stages[position], values, plan, progress, progress.began)
 
 
 def _settled(starts: Sequence[Start], plan: FitPlan) -> bool:
@@ -135,49 +214,93 @@ def agreeing(costs: Sequence[float]) -> int:
     return sum(bool(np.isfinite(cost) and cost - best <= _SAME * max(best, 1e-12)) for cost in costs)
 
 
-def _run(number: int, x: Array, stages: Sequence[Stage], plan: FitPlan, progress: Progress) -> Start:
-    """One start, from x (free,) through these stages."""
+def _run(
+    number: int,
+    x: Array,
+    stages: Sequence[Stage],
+    plan: FitPlan,
+    progress: Progress,
+    ahead: _Ahead | None = None,
+) -> Start:
+    """One start, from x (free,) through these stages; ahead: runs it beside others."""
     began, initial, evaluations = time.perf_counter(), Scale(plan.parameters).to_values(x), 0
-    outcome, values = Outcome(False, "no stage ran"), initial
+    outcome, values, spent = Outcome(False, "no stage ran"), initial, 0.0
     for position, stage in enumerate(stages):
-
-        def watch(count: int, best: float, position: int = position, stage: Stage = stage) -> None:
-            progress.rows.append((number, position, count, best, time.perf_counter() - progress.began))
-            told = best if stage.objective is plan.objective else np.nan
-            progress.show(number, plan.starts, stage.optimizer.kind, count, told)
-
-        target = plan.target_cost if stage.objective is plan.objective else 0.0
-        part = _part(plan.parameters, stage, values)
-        before, known = values, _led(position, stage, values, plan, progress)
-        if known is not None:
-            values, outcome = known
-            continue
-        objective = stage.objective.at(values)
-        search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
-        rng = np.random.default_rng([plan.seed, number, position])
-        outcome = minimized(stage.optimizer, search, part.to_x(values), rng)
-        values = values if search.best_x is None else part.to_values(search.best_x)
-        evaluations += search.evaluations
-        progress.led.append((position, before, values, outcome))
-    cost = float(plan.objective.costs(values[None])[0])
-    seconds = time.perf_counter() - began
+        known = _led(position, stage, values, plan, progress)
+        if known is None:
+            known = None if ahead is None else ahead.led(number, position, values)
+            if known is None:
+                known = _stage((number, position), stage, values, plan, progress, began)
+            else:
+                _taken(number, stage, known, plan, progress)
+            evaluations, spent = (
+                evaluations + known.evaluations,
+                max([spent, *(row[2] for row in known.rows)]),
+            )
+            progress.led.append(known)
+        values, outcome = known.after, known.outcome
+    cost = float(plan.objective.at(values).costs(values[None])[0])
+    seconds = max(time.perf_counter() - began, spent)
     return Start(
         initial, values, cost, evaluations, seconds, outcome.converged, outcome.sentence, outcome.spent
     )
 
 
-def _led(
-    position: int, stage: Stage, values: Array, plan: FitPlan, progress: Progress
-) -> tuple[Array, Outcome] | None:
+def _stage(
+    at: tuple[int, int], stage: Stage, values: Array, plan: FitPlan, progress: Progress, began: float
+) -> Led:
+    """A stage, by the numbers of its start and its own, from values (parameters,)."""
+    number, position = at
+    rows, made = list[tuple[int, float, float]](), progress.journal.made
+    before = 0 if made is None else len(made)
+
+    def watch(count: int, best: float) -> None:
+        now = time.perf_counter()
+        rows.append((count, best, now - began))
+        progress.rows.append((number, position, count, best, now - progress.began))
+        progress.show(number, plan.starts, stage.optimizer.kind, count, _told(stage, plan, best))
+
+    target = plan.target_cost if stage.objective is plan.objective else 0.0
+    part = _part(plan.parameters, stage, values)
+    objective = stage.objective.at(values)
+    search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
+    rng = np.random.default_rng([plan.seed, number, position])
+    outcome = minimized(stage.optimizer, search, part.to_x(values), rng)
+    after = values if search.best_x is None else part.to_values(search.best_x)
+    records = () if made is None else tuple(made[before:])
+    return Led(position, values, after, outcome, search.evaluations, tuple(rows), records)
+
+
+def _taken(number: int, stage: Stage, led: Led, plan: FitPlan, progress: Progress) -> None:
+    """A stage that a worker ran counts as if it had been run here and now."""
+    progress.journal.take(led.records)
+    since = time.perf_counter() - progress.began
+    for count, best, _ in led.rows:
+        progress.rows.append((number, led.position, count, best, since))
+    for count, best, _ in led.rows[-1:]:
+        progress.show(number, plan.starts, stage.optimizer.kind, count, _told(stage, plan, best))
+
+
+def _told(stage: Stage, plan: FitPlan, best: float) -> float:
+    """The best cost of a stage, NaN where that is not the cost of the result."""
+    return best if stage.objective is plan.objective else np.nan
+
+
+def _led(position: int, stage: Stage, values: Array, plan: FitPlan, progress: Progress) -> Led | None:
     """Where a stage led that began at these values in an earlier start; None where none did."""
+    there = [one for one in progress.led if one.position == position]
+    alike = _alike(stage, values, [one.before for one in there], plan)
+    return None if alike is None else there[alike]
+
+
+def _alike(stage: Stage, values: Array, begun: Sequence[Array], plan: FitPlan) -> int | None:
+    """The number of the first values (parameters,) from which a stage leads where it leads from these."""
     if not plan.alike or stage.optimizer.kind != "gauss-newton":
         return None
     scale = Scale(plan.parameters)
-    for number, before, after, outcome in progress.led:
-        apart = np.abs(scale.to_x(before) - scale.to_x(values)).max(initial=0.0)
-        if number == position and apart <= plan.alike:
-            return after, outcome
-    return None
+    x = scale.to_x(values)
+    apart = (np.abs(scale.to_x(before) - x).max(initial=0.0) for before in begun)
+    return next((number for number, far in enumerate(apart) if far <= plan.alike), None)
 
 
 def _part(parameters: Sequence[Parameter], stage: Stage, values: Array) -> Scale:

@@ -9,6 +9,7 @@ bit what would have followed.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,12 +21,19 @@ from identify.core.part_file import DamagedPart, PartFile
 @dataclass
 class Journal:
     """Numbers in order, a record for every computation; part: where they are kept, None for a run that
-    cannot be resumed; position: how many records this run has passed, replayed: how many were not computed.
+    cannot be resumed; position: how many records this run has passed, replayed: how many were not computed;
+    made: those that were, where another process wants them for its own journal.
     """
 
     part: PartFile | None = None
     position: int = 0
     replayed: int = 0
+    made: list[bytes] | None = None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether nothing is left to replay."""
+        return self.part is None or self.position >= len(self.part.records)
 
     def replay(self, count: int) -> Array | None:
         """The next `count` remembered numbers; None where the run has not been there yet.
@@ -33,7 +41,7 @@ class Journal:
         A record of another length, or with NaN, which no cost is, was not written by this run: it and all
         after it are forgotten, with a warning.
         """
-        if self.part is None or self.position >= len(self.part.records):
+        if self.part is None or self.exhausted:
             return None
         record = self.part.records[self.position]
         numbers = np.frombuffer(record) if len(record) == 8 * count else np.full(1, np.nan)
@@ -48,6 +56,13 @@ class Journal:
 
     def record(self, numbers: Array) -> None:
         """Remember numbers that were computed."""
+        self.take([numbers.astype(float).tobytes()])
+
+    def take(self, records: Sequence[bytes]) -> None:
+        """Remember records that were computed, here or for this run in another process."""
+        if self.made is not None:
+            self.made += records
         if self.part is not None:
-            self.part.append(numbers.astype(float).tobytes())
-            self.position += 1
+            for record in records:
+                self.part.append(record)
+            self.position += len(records)

@@ -18,7 +18,7 @@ class Objective(ABC):
 
     def at(self, values: Array) -> Objective:
         """What a stage that begins at these values (parameters,) minimises: itself, unless it is an
-        approximation there.
+        approximation there, or remembers what was computed before, which no stage may depend on.
         """
         return self
 

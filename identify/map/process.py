@@ -115,7 +115,7 @@ class Learned:
 
     def _conditioned(self, places: Seen) -> Iterator[Array]:
         """By cell, mean and variance (2, k) of the process at places."""
-        last, basis, towards = None, None, np.zeros(0)
+        last, basis, turned, moved = None, None, np.zeros(0), np.zeros(0)
         for one in self.cells:
             key = one.length, one.shared, one.amplitude > 0
             if basis is None or key != last:
@@ -124,7 +124,8 @@ class Learned:
                     for here in (self.seen, places)
                 )
                 last, basis = key, _turned(own, self.seen.absorbed, self.y)
-            onto = one.amplitude**2 * towards @ basis.vectors + places.absorbed @ basis.absorbed.T
+                turned, moved = towards @ basis.vectors, places.absorbed @ basis.absorbed.T
+            onto = one.amplitude**2 * turned + moved
             inverse = 1 / (one.amplitude**2 * basis.values + one.scatter**2)
             within = inverse[:, None] * basis.absorbed
             factor = np.linalg.cholesky(np.eye(within.shape[1]) + basis.absorbed.T @ within)

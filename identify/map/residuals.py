@@ -175,8 +175,14 @@ def peak_slope(model: FittedModel, system: System, out: Array, s: complex) -> Ar
     matrices, row = system.matrices(model.values), out[None]
     h, gradient = frf_and_gradient(matrices, system.factors, np.array([s]), row, row.T, 0, every)
     with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.real(gradient[0, 0, 0] / h[0, 0, 0]) * steps(model)
-    return np.asarray(np.nan_to_num(slope))
+        return by_steps(model, gradient[0, 0, 0] / h[0, 0, 0])
+
+
+def by_steps(model: FittedModel, slopes: Complex) -> Array:
+    """(..., p) of ln |H| by steps of the parameters, from slopes (..., p) of H over it; nothing where there
+    is no H.
+    """
+    return np.asarray(np.nan_to_num(np.real(slopes) * steps(model)))
 
 
 def _rows(source: Source, name: str, one: MeasurementResult, names: Sequence[str]) -> Iterator[_Row]:

@@ -28,7 +28,7 @@ from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.map.asked import Asked, MapOptions, asked_of
 from identify.map.limits import Wanted, map_limits
-from identify.map.posture_map import map_postures
+from identify.map.posture_map import look, rows_of
 from identify.map.sentences import notes, verdict
 from identify.map.table import table_of
 from identify.map.unknown import Unknown, corrected, hit_node, learnt_of, unknown
@@ -41,7 +41,7 @@ from identify.robot.points import Point
 from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.misfit import misfit
 
-PART = 50
+PART = 100
 """Postures in a part: what a worker does at a time, about half a second."""
 _PART = "identify.map.run:map_part"
 _LIMIT_S = 600.0
@@ -169,11 +169,13 @@ def map_part(
     with one_thread():
         changed = Path(model).stat().st_mtime_ns
         fitted = _model(model, changed)
-        there = asked["point"]
-        point = Point(0, "tip", there["link"], np.array(there["position"]), np.eye(3), "")
+        tip = asked["point"]
+        point = Point(0, "tip", tip["link"], np.array(tip["position"]), np.eye(3), "")
         lines, angles = np.array(asked["lines"]), np.array(postures)
         systems = [fitted.system(one) for one in angles]
-        rows = map_postures(fitted, point, names, angles, lines, asked["modes"], systems)
+        there = zip(systems, angles, strict=True)
+        looked = [look(fitted, system, point, one, lines, asked["modes"]) for system, one in there]
+        rows = rows_of(looked, names, angles)
         limit = None
         if asked["limit"] is not None:
             wanted = Wanted.of(asked["limit"])
@@ -182,7 +184,7 @@ def map_part(
         correction = None
         if asked["like"] is not None:
             what = _learned(tuple(asked["like"]), asked["node"], changed)
-            correction = None if what is None else corrected(what, fitted, point, lines, systems, rows)
+            correction = None if what is None else corrected(what, fitted, systems, looked, rows)
     result_file.write(MapPart(result_file.LAYOUT, MapPart.KIND, key, rows, limit, correction), path)
     return {"kept": False}
 

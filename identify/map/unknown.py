@@ -10,17 +10,17 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
+from identify.map.posture_map import Looked, peak_lines
 from identify.map.process import Learned, Seen, learn
 from identify.map.residuals import (
     Observed,
     Source,
+    by_steps,
     coordinates_of,
     mode_slopes,
     observed,
-    peak_slope,
     shapes_of,
 )
-from identify.model.modes import complex_modes
 from identify.model.system import System
 from identify.results.discovery import fit_of
 from identify.results.map import CorrectionRows, Learnt, LeftOutTable, PostureRows, ProcessTable
@@ -80,50 +80,33 @@ def learned_of(sources: Sequence[Source]) -> Unknown | None:
 
 
 def corrected(
-    what: Unknown,
-    model: FittedModel,
-    point: Point,
-    line_hz: Array,
-    systems: Sequence[System],
-    rows: PostureRows,
+    what: Unknown, model: FittedModel, systems: Sequence[System], looked: Sequence[Looked], rows: PostureRows
 ) -> CorrectionRows:
-    """The map of a point at lines, Hz, corrected; rows: what it has of its postures, at which systems are."""
+    """The map of a point corrected; rows: what it has of its postures, at which systems are and were looked
+    at.
+    """
     count, shown = rows.frequency_hz.shape
     shapes = np.zeros((count, shown, len(what.names)), dtype=complex)
     slopes = np.zeros((2, count, shown, len(model.values)))
-    for row, system in enumerate(systems):
-        matrices = system.matrices(model.values)
-        modes = complex_modes(*matrices)
-        own = shapes_of(system, matrices[2], modes, what.names)[:shown]
+    for row, (system, at) in enumerate(zip(systems, looked, strict=True)):
+        stiffness = system.matrices(model.values)[2]
+        own = shapes_of(system, stiffness, at.modes, what.names)[:shown]
         shapes[row, : len(own)] = own
-        slopes[:, row, : len(own)] = [slope[:shown] for slope in mode_slopes(model, system, modes)]
+        slopes[:, row, : len(own)] = [slope[:shown] for slope in mode_slopes(model, system, at.modes)]
+    peaks = by_steps(model, np.array([at.peak_slope for at in looked]))
     return CorrectionRows(
         *_moved(what, "frequency", rows, (rows.frequency_hz, rows.frequency_high_95), shapes, slopes[0]),
         *_moved(what, "damping", rows, (rows.damping_ratio, rows.damping_high_95), shapes, slopes[1]),
-        *_peaks(what, model, point, line_hz, systems, rows),
+        *_peaks(what, rows, peaks),
     )
 
 
-def _peaks(
-    what: Unknown,
-    model: FittedModel,
-    point: Point,
-    line_hz: Array,
-    systems: Sequence[System],
-    rows: PostureRows,
-) -> Four:
-    """Of the direct receptances along the axes of the base."""
-    diagonal, count = range(3), len(rows.name)
-    line = np.abs(rows.receptance_m_per_n[:, :, diagonal, diagonal]).argmax(axis=1)
+def _peaks(what: Unknown, rows: PostureRows, slopes: Array) -> Four:
+    """Of the direct receptances along the axes of the base, with slopes (n, 3, p)."""
+    diagonal = range(3)
+    line = peak_lines(rows.receptance_m_per_n)
     half = np.take_along_axis(rows.band_95[:, :, diagonal, diagonal], line[:, None], axis=1)[:, 0]
-    slopes = np.zeros((count, 3, len(model.values)))
-    if "peak" in what.learned:
-        for row, system in enumerate(systems):
-            motion = system.base_jacobian(point.link, point.position)
-            for axis in diagonal:
-                s = 2j * np.pi * line_hz[line[row, axis]]
-                slopes[row, axis] = peak_slope(model, system, motion[axis], s)
-    axes = np.broadcast_to(np.eye(3, dtype=complex), (count, 3, 3))
+    axes = np.broadcast_to(np.eye(3, dtype=complex), (len(rows.name), 3, 3))
     return _moved(what, "peak", rows, (rows.peak_m_per_n, rows.peak_m_per_n + half), axes, slopes)
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, product_by_real
+from identify.core.arrays import Array, Complex, real_product
 from identify.model.modes import state_eigen
 from identify.model.truncation import left_at_end
 
@@ -110,35 +110,35 @@ def _superpose(
     parts.
     """
     outputs, inputs = shapes.shape[-2], participation.shape[-1]
-    residues = np.swapaxes(shapes, -1, -2)[..., :, :, None] * participation[..., :, None, :]
-    residues = residues.reshape(*residues.shape[:-2], outputs * inputs)
-    if paired and len(parts) > 1 and outputs * inputs <= eigenvalues.shape[-1]:
+    residues = shapes[..., :, None, :] * np.swapaxes(participation, -1, -2)[..., None, :, :]
+    residues = residues.reshape(*residues.shape[:-3], outputs * inputs, -1)
+    if paired and outputs * inputs <= eigenvalues.shape[-1]:
         summed = _part_by_part(residues, eigenvalues, s, parts)
     elif paired:
-        both = np.concatenate([residues.real, residues.imag], axis=-2)
-        summed = product_by_real(_paired_table(eigenvalues, s, parts), both)
+        both = np.concatenate([residues.real, residues.imag], axis=-1)
+        summed = real_product(both, _with_parts(eigenvalues, s, parts))
     else:
-        numerator = sum(factor[..., None] * value[..., None, :] for factor, value in parts)
-        summed = (numerator / (s[..., None] - eigenvalues[..., None, :])) @ residues
-    return np.asarray(summed.reshape(*summed.shape[:-1], outputs, inputs))
+        numerator = sum(value[..., None] * factor[..., None, :] for factor, value in parts)
+        summed = residues @ (numerator / (s[..., None, :] - eigenvalues[..., None]))
+    found = np.ascontiguousarray(np.swapaxes(summed, -1, -2))
+    return found.reshape(*found.shape[:-1], outputs, inputs)
 
 
 def _part_by_part(residues: Complex, eigenvalues: Complex, s: Complex, parts: Sequence[Part]) -> Complex:
-    """The same sum (..., lines, pairs) with a residue of its own for each part and one table for all: less
-    work where pairs are fewer than modes.
+    """Sums (..., pairs, lines) with residues (..., pairs, r) of its own for each part and one table for all:
+    less work than `_with_parts` where pairs are fewer than modes.
     """
-    each = np.concatenate([value[..., None] * residues for _, value in parts], axis=-1)
-    table = _paired_table(eigenvalues, s, [(np.ones_like(s), np.ones_like(eigenvalues))])
-    summed = product_by_real(table, np.concatenate([each.real, each.imag], axis=-2))
-    shares = np.split(summed, len(parts), axis=-1)
-    return np.asarray(sum(factor[..., None] * one for (factor, _), one in zip(parts, shares, strict=True)))
+    each = np.concatenate([value[..., None, :] * residues for _, value in parts], axis=-2)
+    real = np.concatenate([2 * each.real, -2 * eigenvalues.imag[..., None, :] * each.imag], axis=-1)
+    shares = np.split(real_product(real, _paired_table(eigenvalues, s)), len(parts), axis=-2)
+    return np.asarray(sum(factor[..., None, :] * one for (factor, _), one in zip(parts, shares, strict=True)))
 
 
-def _paired_table(eigenvalues: Complex, s: Complex, parts: Sequence[Part]) -> Complex:
-    """(..., lines, 2r): what Re R and Im R are multiplied by in R n / (s - l) + R* n' / (s - l*), where n = f
+def _with_parts(eigenvalues: Complex, s: Complex, parts: Sequence[Part]) -> Complex:
+    """(..., 2r, lines): what Re R and Im R are multiplied by in R n / (s - l) + R* n' / (s - l*), where n = f
     v and n' = f v* for each part.
 
-    Both have the denominator s^2 - 2 Re(l) s + |l|^2, and the numerators 2 f (Re(v) s - Re(v l*)) and 2 f
+    Both have the denominator (s - Re l)^2 + (Im l)^2, and the numerators 2 f (Re(v) s - Re(v l*)) and 2 f
     (Im(v l*) - Im(v) s), real in l and v.
     """
     lines = np.broadcast_arrays(*(factor * line for factor, _ in parts for line in (s, 1.0)))
@@ -147,10 +147,21 @@ def _paired_table(eigenvalues: Complex, s: Complex, parts: Sequence[Part]) -> Co
         turned = value * np.conj(eigenvalues)
         steep += [np.concatenate([value.real, -value.imag], axis=-1)]
         steep += [np.concatenate([-turned.real, turned.imag], axis=-1)]
-    numerator = product_by_real(np.stack(lines, axis=-1), 2 * np.stack(steep, axis=-2))
-    line, value = s[..., None], eigenvalues[..., None, :]
-    inverse = 1.0 / (line * line - 2 * value.real * line + np.abs(value) ** 2)
-    return np.asarray(numerator * np.concatenate([inverse, inverse], axis=-1))
+    table = real_product(2 * np.stack(steep, axis=-1), np.stack(lines, axis=-2))
+    inverse = _inverse(eigenvalues, s)[0]
+    return np.asarray(table * np.concatenate([inverse, inverse], axis=-2))
+
+
+def _paired_table(eigenvalues: Complex, s: Complex) -> Complex:
+    """(..., 2r, lines): what 2 Re R and -2 Im l Im R are multiplied by in R / (s - l) + R* / (s - l*)."""
+    inverse, away = _inverse(eigenvalues, s)
+    return np.concatenate([away * inverse, inverse], axis=-2)
+
+
+def _inverse(eigenvalues: Complex, s: Complex) -> tuple[Complex, Complex]:
+    """1 / ((s - Re l)^2 + (Im l)^2) and s - Re l, (..., r, lines)."""
+    away = s[..., None, :] - eigenvalues.real[..., None]
+    return 1.0 / (away * away + (eigenvalues.imag**2)[..., None]), away
 
 
 def probed(lines: int) -> list[int]:

@@ -16,13 +16,13 @@ section has less than none, the FRFs in the band do not know it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, Mask
+from identify.core.arrays import Array, Complex, Mask, real_product
 from identify.model.modes import state_eigen
 from identify.model.system import Factors
 
@@ -52,13 +52,20 @@ class TruncationCorrection(Protocol):
 @dataclass(frozen=True)
 class EndOfRecord:
     """Where a unit impact at each input has led after `record` seconds: x, v (n, inputs); slopes (2, n,
-    inputs, p) of both by parameters.
+    inputs, p) of both by parameters; modes: by which it went there, unless it was simulated.
     """
 
     record: float
     x: Array
     v: Array
     slopes: Array
+    modes: SlowModes | None = None
+
+    def under(self, force: Array) -> EndOfRecord:
+        """The same of other forces (n, inputs), without slopes."""
+        assert self.modes is not None
+        _, x, v = self.modes.led(force)
+        return EndOfRecord(self.record, x, v, np.zeros((2, *x.shape, 0)), self.modes)
 
     def load(self, mass: Array, damping: Array, s: Complex) -> Complex:
         """(lines, n, inputs): what is taken off the force."""
@@ -155,34 +162,40 @@ def end_of_record(
     """The ending with its slopes for the parameters whose numbers are given; None where the response has died
     out.
     """
-    end = _modal_end(matrices, s, force, record)
-    if end is None:
+    modes = _slow_modes(matrices, s, record)
+    if modes is None:
         return None
+    participation, x, v = modes.led(force)
     columns = factors.columns(parameters)
     owned = (factors.owner[columns, None] == parameters).astype(float)
-    slopes = [_slopes(end, record, factors, columns, rate) for rate in (0, 1)]
-    by_owner = [(end.shapes @ slope).real.reshape(*end.x.shape, -1) @ owned for slope in slopes]
-    return EndOfRecord(record, end.x, end.v, np.array(by_owner))
+    slopes = [_slopes(modes, participation, record, factors, columns, rate) for rate in (0, 1)]
+    by_owner = [(modes.shapes @ slope).real.reshape(*x.shape, -1) @ owned for slope in slopes]
+    return EndOfRecord(record, x, v, np.array(by_owner), modes)
 
 
-class _ModalEnd(NamedTuple):
-    """Where a unit impact at each input has led, x, v (n, inputs), with the modes by which it went there:
-    eigenvalues (r,), what is left of them (r,), shapes (n, r), their norms (r,) and participation (r,
-    inputs).
+@dataclass(frozen=True)
+class SlowModes:
+    """The modes of a model whose response outlasts the record: eigenvalues (r,), what is left of them (r,),
+    shapes (n, r) and their norms (r,).
     """
 
     eigenvalues: Complex
     left: Complex
     shapes: Complex
     norm: Complex
-    participation: Complex
-    x: Array
-    v: Array
+
+    def led(self, force: Array) -> tuple[Complex, Array, Array]:
+        """Participation (r, inputs) of unit impacts by force (n, inputs), and where they have led, x, v (n,
+        inputs).
+        """
+        participation = self.shapes.T @ force / self.norm[:, None]
+        decayed = self.left[:, None] * participation
+        moved = self.shapes @ np.concatenate([decayed, self.eigenvalues[:, None] * decayed], axis=1)
+        x, v = np.split(moved.real, 2, axis=1)
+        return participation, x, v
 
 
-def _modal_end(
-    matrices: tuple[Array, Array, Array], s: Complex, force: Array, record: float
-) -> _ModalEnd | None:
+def _slow_modes(matrices: tuple[Array, Array, Array], s: Complex, record: float) -> SlowModes | None:
     """None where the response has died out."""
     mass, damping, _ = matrices
     eigenvalues, shapes = state_eigen(*matrices)
@@ -190,14 +203,17 @@ def _modal_end(
     if not left.any():
         return None
     norm = np.sum(shapes * (2 * eigenvalues * (mass @ shapes) + damping @ shapes), axis=0)
-    participation = shapes.T @ force / norm[:, None]
-    decayed = left[:, None] * participation
-    moved = shapes @ np.concatenate([decayed, eigenvalues[:, None] * decayed], axis=1)
-    x, v = np.split(moved.real, 2, axis=1)
-    return _ModalEnd(eigenvalues, left, shapes, norm, participation, x, v)
+    return SlowModes(eigenvalues, left, shapes, norm)
 
 
-def _slopes(end: _ModalEnd, record: float, factors: Factors, columns: NDArray[np.intp], rate: int) -> Complex:
+def _slopes(
+    modes: SlowModes,
+    participation: Complex,
+    record: float,
+    factors: Factors,
+    columns: NDArray[np.intp],
+    rate: int,
+) -> Complex:
     """Derivatives (modes, inputs * columns) of the modal parts of x(T), or of v(T) with rate 1, for unit
     changes of Z by each column.
 
@@ -205,11 +221,11 @@ def _slopes(end: _ModalEnd, record: float, factors: Factors, columns: NDArray[np
     over pairs of modes of residues times the divided difference of z^(k + rate) e^(zT), with k the power of s
     of the column.
     """
-    eigenvalues, left, shapes, norm, participation, _, _ = end
+    eigenvalues, shapes, norm = modes.eigenvalues, modes.shapes, modes.norm
     result = np.zeros((len(eigenvalues), participation.shape[1], len(columns)), dtype=complex)
     for k in np.unique(factors.power[columns]):
         chosen = columns[factors.power[columns] == k]
-        divided = _divided(eigenvalues, left, record, k + rate)
+        divided = _divided(eigenvalues, modes.left, record, k + rate)
         modal = shapes.T @ factors.vectors[:, chosen]
         driven = divided @ (participation[:, :, None] * modal[:, None, :]).reshape(len(eigenvalues), -1)
         driven = driven.reshape(-1, participation.shape[1], len(chosen))
@@ -228,21 +244,25 @@ def end_by_matrices(
     stiffness_changes: Array,
 ) -> EndOfRecord | None:
     """`end_of_record` with slopes for changes (q, n, n) of M and, the same ones, of K."""
-    end = _modal_end(matrices, s, force, record)
-    if end is None:
+    modes = _slow_modes(matrices, s, record)
+    if modes is None:
         return None
-    eigenvalues, left, shapes, norm, participation, x, v = end
-    changes = [shapes.T @ matrix @ shapes / norm[:, None] for matrix in (stiffness_changes, mass_changes)]
-    slopes = [
-        -sum(
-            (_divided(eigenvalues, left, record, power + rate) * change) @ participation
-            for power, change in zip((0, 2), changes, strict=True)
+    participation, x, v = modes.led(force)
+    eigenvalues, left, shapes, norm = modes.eigenvalues, modes.left, modes.shapes, modes.norm
+    # Of a conjugate pair, which only a real system has, one says what both do.
+    upper = np.flatnonzero(eigenvalues.imag >= 0)
+    twice = np.where(eigenvalues.imag > 0, 2.0, 1.0)[upper]
+    sides = np.ascontiguousarray(shapes[:, upper].T / norm[upper, None])
+    slopes = np.zeros((2, len(mass_changes), len(upper), force.shape[1]), dtype=complex)
+    for power, changes in ((0, stiffness_changes), (2, mass_changes)):
+        change = sides @ real_product(changes.reshape(-1, len(shapes)), shapes).reshape(
+            changes.shape[:2] + eigenvalues.shape
         )
-        for rate in (0, 1)
-    ]
-    return EndOfRecord(
-        record, x, v, np.array([np.moveaxis((shapes @ slope).real, 0, -1) for slope in slopes])
-    )
+        for rate in (0, 1):
+            slopes[rate] -= (
+                _divided(eigenvalues, left, record, power + rate)[upper] * change
+            ) @ participation
+    return EndOfRecord(record, x, v, np.moveaxis((shapes[:, upper] * twice @ slopes).real, 1, -1), modes)
 
 
 def _divided(eigenvalues: Complex, left: Complex, record: float, order: int) -> Complex:

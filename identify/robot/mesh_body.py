@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
@@ -104,8 +104,8 @@ def _sums(each: Array, corners: Sequence[Array], of_first: float, of_second: flo
 
 def _hull(mesh: Mesh) -> Mesh:
     try:
-        found = ConvexHull(mesh.vertices)
-    except (QhullError, ValueError) as error:
+        found = scipy.spatial.ConvexHull(mesh.vertices)
+    except (scipy.spatial.QhullError, ValueError) as error:
         raise InputError("a mesh", "all its points lie in a plane", "a body", _FIX) from error
     corners = mesh.vertices[found.simplices]
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -7,7 +7,7 @@ apart.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -88,8 +88,7 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
     both = scored(two.problem(), first.values)
     before = _squares(both, 0)
     told = list(zip(alone.parameters, others.values, strict=True))
-    stiff = [n for n, (p, _) in enumerate(told) if p.name.endswith(".rz.stiffness")]
-    for place in stiff:
+    for place in drives([p.name for p, _ in told]):
         name = told[place][0].name.removesuffix(".stiffness")
         parameters = tuple(p.at(float(value), free=p.name.startswith(f"{name}.")) for p, value in told)
         score = scored(replace(alone, parameters=parameters))
@@ -101,6 +100,13 @@ def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
                 share *= max(before / _squares(softened(both), 0), 1.0)
             count = len(score.squares(levelled=True)[0])
             yield Brake(number, joint, ratio, share, count, others, score, both)
+
+
+def drives(names: Sequence[str]) -> list[int]:
+    """Which of some parameters are stiffnesses of joints about their own axes: a base that turns about an
+    axis of the same name has no brake.
+    """
+    return [n for n, name in enumerate(names) if name.startswith("joint") and name.endswith(".rz.stiffness")]
 
 
 def _squares(score: Score, place: int) -> float:

@@ -43,6 +43,9 @@ from identify.vibration.provenance import description_of, provenance_of
 from identify.vibration.record_notes import record_notes
 from identify.vibration.uncertainty import UNRELIABLE, covariance_root, gap, gap_elsewhere
 
+_NAMED = 3
+"""Open directions that a sentence names; more are for a table."""
+
 
 def evaluate(
     problem: Problem,
@@ -143,8 +146,21 @@ def _verdict(
         quality = f"The model {word}: the residual is {gaps[0]:.2f} times the noise{on}."
     status = np.array(trusted.status)
     determined = int(np.sum(status == "determined"))
-    rest = "" if not groups else " Not determined, alone or in combination: " + "; ".join(groups) + "."
-    return found, quality, f"{determined} of {parameters} free parameters are determined by the data.{rest}"
+    said = f"{determined} of {parameters} free parameters are determined by the data.{_open(groups)}"
+    return found, quality, said
+
+
+def _open(groups: Sequence[str]) -> str:
+    """What the data do not determine: a few directions by their parameters, of many only how many."""
+    if not groups:
+        return ""
+    if len(groups) <= _NAMED:
+        return f" Not determined, alone or in combination: {'; '.join(groups)}."
+    members = {name for group in groups for name in group.split(", ")}
+    return (
+        f" {len(groups)} combinations of {len(members)} parameters are not determined: the report has a table"
+        " of directions, the least determined last."
+    )
 
 
 def _unstated_note(problem: Problem, trusted: Uncertainty) -> list[str]:

@@ -11,6 +11,7 @@ from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.fitting.fit import Progress, fit
+from identify.fitting.processes import several
 from identify.fitting.resume import finished, override, resumable, run_key
 from identify.results import fit as results
 from identify.vibration.evaluate import evaluate
@@ -32,6 +33,7 @@ def run_fit(
     overrides: dict[str, Any],
     progress: Progress | None = None,
     *,
+    workers: int | None = None,
     resume: bool = False,
     profile: Sequence[str] = (),
     write_back: Path | None = None,
@@ -40,14 +42,15 @@ def run_fit(
     """Fit the study in `config`, write the result and return it with what was written, its path first;
     overrides replace keys of the study.
 
-    profile: names of parameters whose profile likelihood is wanted; write_back: a folder for the robot and
-    the points as they were found; advise: what is said first of the problem and its gap.  While it runs, the
-    part file beside it keeps what `resume` needs; a finished run of the same study is not run again by it.
+    workers: processes that run starts side by side; profile: names of parameters whose profile likelihood is
+    wanted; write_back: a folder for the robot and the points as they were found; advise: what is said first
+    of the problem and its gap.  While it runs, the part file beside it keeps what `resume` needs; a finished
+    run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
     back = None if write_back is None else WriteBack(file, write_back)
-    result = fit_study(file, path, progress, resume=resume, profiled=profile, advise=advise)
+    result = fit_study(file, path, progress, workers=workers, resume=resume, profiled=profile, advise=advise)
     return result, [path, *(() if back is None else back.write(result))]
 
 
@@ -56,6 +59,7 @@ def fit_study(
     path: Path,
     progress: Progress | None = None,
     *,
+    workers: int | None = None,
     resume: bool = False,
     replace: bool = False,
     profiled: Sequence[str] = (),
@@ -74,7 +78,9 @@ def fit_study(
 
         def compute(part: PartFile) -> results.FitResult:
             progress.journal.part = part
-            settled, found = with_records(problem, fit(plan, progress), progress.show)
+            with several(min(workers or 1, plan.starts), __name__) as processes:
+                fitted = fit(plan, progress, processes)
+            settled, found = with_records(problem, fitted, progress.show)
             result = evaluate(settled, found, key, profiled)
             inputs = came_from.input_sha256  # as they were when they were read
             told = dataclasses.replace(result.provenance, input_sha256=inputs)

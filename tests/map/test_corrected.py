@@ -12,10 +12,11 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.map.asked import MapOptions
-from identify.map.posture_map import map_postures
-from identify.map.residuals import Source
+from identify.map.posture_map import look, peak_lines, rows_of
+from identify.map.residuals import Source, by_steps, peak_slope, steps
 from identify.map.run import run_map
 from identify.map.unknown import corrected, learned_of, unknown
+from identify.model.frf import frf_by_solve
 from identify.results import file as result_file
 from identify.results.discovery import fit_of
 from identify.results.map import MapResult
@@ -147,10 +148,41 @@ def test_parameters_that_went_wrong_are_put_right_by_the_modes(tmp_path: Path) -
     wrong = replace(right, values=right.values * np.exp(np.resize([0.12, -0.1], len(right.values))))
     what = learned_of([Source(fit, wrong, None, 0)])
     assert what is not None and what.learned["frequency"].mean_of("scatter") < 5e-3
-    systems = [wrong.system(q) for q in UNSEEN]
-    lines = np.array([10.0, 20.0])
-    rows = map_postures(wrong, tool_point(wrong, None), ["x"] * len(UNSEEN), UNSEEN, lines, 2, systems)
-    c = corrected(what, wrong, tool_point(wrong, None), lines, systems, rows)
+    systems, lines, tool = [wrong.system(q) for q in UNSEEN], np.array([10.0, 20.0]), tool_point(wrong, None)
+    looked = [look(wrong, one, tool, q, lines, 2) for one, q in zip(systems, UNSEEN, strict=True)]
+    rows = rows_of(looked, ["x"] * len(UNSEEN), UNSEEN)
+    c = corrected(what, wrong, systems, looked, rows)
     truth = np.array([modes(q, planar.STIFFNESS)[0][:2] for q in UNSEEN])
     before, after = (np.abs(np.log(one / truth)).max() for one in (rows.frequency_hz, c.frequency_hz))
     assert before > 0.02 and after < 0.005
+
+
+def test_slopes_at_the_peaks_are_those_of_a_single_line(tmp_path: Path) -> None:
+    """What the map has of all lines anyway, against each peak alone and against differences."""
+    model = fitted_model(fit_of(fitted(tmp_path, planar.postures(3), planar.constant)), "fit")
+    tool, lines = tool_point(model, None), np.linspace(5.0, 40.0, 30)
+    for posture in UNSEEN[:2]:
+        system = model.system(posture)
+        at, motion = (
+            look(model, system, tool, posture, lines, 2),
+            system.base_jacobian(tool.link, tool.position),
+        )
+        seen = by_steps(model, at.peak_slope)
+        for axis, line in enumerate(peak_lines(at.receptance).tolist()):
+            s = 2j * np.pi * lines[line]
+            assert seen[axis] == pytest.approx(
+                peak_slope(model, system, motion[axis], s), rel=1e-9, abs=1e-12
+            )
+        axis = int(np.abs(seen).max(axis=1).argmax())
+        s = 2j * np.pi * lines[peak_lines(at.receptance)[axis]]
+        for number, step in enumerate(1e-5 * steps(model)):
+            moved = [
+                model.values + side * step * (np.arange(len(model.values)) == number) for side in (1, -1)
+            ]
+            row = motion[axis][None]
+            up, down = (
+                np.abs(frf_by_solve(*system.matrices(v), np.array([s]), row, row.T, 0)) for v in moved
+            )
+            assert seen[axis, number] == pytest.approx(
+                float(np.log(up / down).item() / 2e-5), rel=1e-5, abs=1e-8
+            )

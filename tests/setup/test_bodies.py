@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.measured.channel import Channel
-from identify.setup.brakes import brake
+from identify.setup.brakes import brake, drives
 from identify.setup.edits import Edit, in_words
 from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
@@ -112,6 +112,11 @@ def test_no_brake_where_files_agree_or_there_is_one(tmp_path: Path) -> None:
     assert brake(told, first) is None
     alone = studies.of(tmp_path, studies.config(measurements=studies.each()[:1]))
     assert brake(alone, scored(alone.problem())) is None
+
+
+def test_a_base_that_turns_about_its_axis_is_no_drive() -> None:
+    names = ["joint1.rz.stiffness", "joint1.rz.damping", "joint2.rx.stiffness", "base.rz.stiffness"]
+    assert drives([*names, "payload1.rz.stiffness", "joint10.rz.stiffness"]) == [0, 5]
 
 
 def test_what_only_rounding_moves_does_not_move(tmp_path: Path) -> None:

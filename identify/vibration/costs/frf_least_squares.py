@@ -4,6 +4,7 @@ first stage.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import Literal
 
 import numpy as np
@@ -64,6 +65,12 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
         self.count = sum(2 * target.sigma.size for target in self.targets)
         self._known: tuple[Array, Array] | None = None
         self._weight: dict[FrfTarget, Array] = {}
+
+    def at(self, values: Array) -> Objective:
+        """With nothing known yet."""
+        fresh = copy(self)
+        fresh._known = None
+        return fresh
 
     def costs(self, candidates: Array) -> Array:
         """Known already where residuals have just been computed, as they are before every step of a gradient
@@ -151,6 +158,12 @@ class PosteriorObjective(ProductObjective):
         self._known: tuple[Array, float] | None = None
         self._rows: list[Rows] = []
         self._simulated = targets.simulated
+
+    def at(self, values: Array) -> Objective:
+        """With nothing known yet."""
+        fresh = copy(self)
+        fresh._known, fresh._rows = None, []
+        return fresh
 
     def costs(self, candidates: Array) -> Array:
         """Root of the mean square of the residuals, with the squares of the errors added to their sum; known

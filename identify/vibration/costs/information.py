@@ -12,6 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Index
 from identify.core.threads import each
+from identify.vibration.costs.inside import Inside, inside_of
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.blocks import chosen
 from identify.vibration.nuisances.sensitivity import Block
@@ -102,7 +103,8 @@ def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Inde
 @dataclass(frozen=True)
 class Rows:
     """What a set says: residual and weight (lines, outputs, inputs), slopes (..., parameters), blocks of
-    nuisances that touch all channels, and of those that touch few.
+    nuisances that touch all channels, and of those that touch few; inside: what it says by way of fewer
+    coordinates, which is then neither among the slopes nor the blocks.
     """
 
     residual: Complex
@@ -110,6 +112,7 @@ class Rows:
     slopes: Complex
     every: list[Block]
     own: list[Block]
+    inside: Inside | None = None
 
     def of_force(self, force: int) -> Rows:
         """Those of one input."""
@@ -118,12 +121,15 @@ class Rows:
             return [replace(block, slopes=block.slopes[:, :, [force]]) for block in blocks]
 
         one = self.residual[:, :, [force]], self.weight[:, :, [force]], self.slopes[:, :, [force]]
-        return Rows(*one, alone(self.every), alone(self.own))
+        inside = None if self.inside is None else self.inside.of_force(force)
+        return Rows(*one, alone(self.every), alone(self.own), inside)
 
     @property
     def nbytes(self) -> int:
         """How much memory they take."""
-        return self.slopes.nbytes + sum(block.slopes.nbytes for block in (*self.every, *self.own))
+        inside = 0 if self.inside is None else self.inside.slopes.nbytes
+        blocks = (*self.every, *self.own)
+        return inside + self.slopes.nbytes + sum(block.slopes.nbytes for block in blocks)
 
     def pull(self, residual: Complex, free: Index) -> Array:
         """(..., free): J'r with other residuals r (..., lines, outputs, inputs)."""
@@ -133,7 +139,9 @@ class Rows:
         pull[..., : self.slopes.shape[-1]] = _contracted(load, self.slopes)
         for block in (*self.every, *self.own):
             some = _contracted(load[..., block.channels, :], block.slopes)
-            np.add.at(pull.T, _places(block, column), some.T)
+            np.add.at(pull.T, _places(block.numbers, column), some.T)
+        if self.inside is not None:
+            pull[..., _places(self.inside.numbers, column)] += self.inside.pull(load)
         return pull
 
     def product(self, free: Index) -> Array:
@@ -141,31 +149,57 @@ class Rows:
         column = _columns(free)
         parts = [self.slopes, *(block.slopes for block in self.every)]
         dense = side_by_side([*(part * self.weight[..., None] for part in parts), self.residual[..., None]])
-        parameters = free[: self.slopes.shape[-1]].tolist()
+        parameters = free[: self.slopes.shape[-1]].tolist()  # none, where they are looked at inside
         numbers = [*parameters, *(n for block in self.every for n in block.numbers.tolist())]
         places = np.array([*(column[number] for number in numbers), len(free)])
         product = np.zeros((len(free) + 1, len(free) + 1))
         np.add.at(product, np.ix_(places, places), gram(dense, dense))
         for block in self.own:
-            left, at = _weighted(block, block.channels, self.weight), _places(block, column)
+            left, at = _weighted(block, block.channels, self.weight), _places(block.numbers, column)
             cross = gram(left, dense[:, :, block.channels])
             np.add.at(product, np.ix_(at, places), cross)
             np.add.at(product, np.ix_(places, at), cross.T)
             np.add.at(product, np.ix_(at, at), gram(left, left))
         for a, b in _overlapping(self.own, self.residual.shape[1]):
             _add_shared(product, (a, b), np.intersect1d(a.channels, b.channels), self.weight, column)
+        if self.inside is not None:
+            self._add_inside(self.inside, product, column)
         return product
+
+    def _add_inside(self, inside: Inside, product: Array, column: dict[int, int]) -> None:
+        """Add what it says by way of its coordinates, beside all else."""
+        blocks, every = (*self.every, *self.own), np.arange(self.residual.shape[1])
+        power, own = np.abs(self.weight) ** 2, _places(inside.numbers, column)
+        score = (np.conj(self.weight) * self.residual)[..., None]
+        beside = [(every, score)]
+        beside += [(one.channels, power[:, one.channels, :, None] * one.slopes) for one in blocks]
+        within, crosses = inside.products(self.weight, beside)
+        product[np.ix_(own, own)] += (within + within.T) / 2
+        places = [np.array([len(product) - 1]), *(_places(one.numbers, column) for one in blocks)]
+        for at, cross in zip(places, crosses, strict=True):
+            np.add.at(product, np.ix_(own, at), cross)
+            np.add.at(product, np.ix_(at, own), cross.T)
 
 
 def rows_of(target: FrfTarget, values: Array, free: Index, residuals: Residuals) -> Rows:
     """Residuals of a set and their derivatives at values (unknowns,)."""
+    inside = inside_of(target, values, free)
+    if inside is not None:
+        own, blocks = inside
+        residual, weight = residuals(target, own.seen @ own.h)
+        none = np.zeros((*residual.shape, 0), dtype=complex)
+        return Rows(residual, weight, none, *_by_reach(blocks, residual.shape[1]), own)
     h, slopes = target.parameter_gradient(values, free)
     residual, weight = residuals(target, h)
     every_block = target.blocks(values) if np.any(free >= len(target.system.parameters)) else ()
     blocks = [block for one in every_block if (block := chosen(one, free)) is not None]
-    every = [block for block in blocks if len(block.channels) == h.shape[1]]
-    own = [block for block in blocks if len(block.channels) < h.shape[1]]
-    return Rows(residual, weight, slopes, every, own)
+    return Rows(residual, weight, slopes, *_by_reach(blocks, h.shape[1]))
+
+
+def _by_reach(blocks: Sequence[Block], channels: int) -> tuple[list[Block], list[Block]]:
+    """Those that touch all of so many channels, and the others."""
+    every = [block for block in blocks if len(block.channels) == channels]
+    return every, [block for block in blocks if len(block.channels) < channels]
 
 
 def _overlapping(blocks: Sequence[Block], channels: int) -> list[tuple[Block, Block]]:
@@ -182,7 +216,7 @@ def _add_shared(
 ) -> None:
     """Sensors whose channels a reading mixes."""
     cross = gram(*(_weighted(one, shared, weight) for one in pair))
-    a, b = (_places(one, column) for one in pair)
+    a, b = (_places(one.numbers, column) for one in pair)
     np.add.at(product, np.ix_(a, b), cross)
     np.add.at(product, np.ix_(b, a), cross.T)
 
@@ -198,7 +232,7 @@ def _contracted(load: Complex, slopes: Complex) -> Array:
     inputs, k).
     """
     flat = load.reshape(*load.shape[:-3], -1)
-    return np.asarray((flat @ slopes.reshape(-1, slopes.shape[-1])).real)
+    return np.asarray((flat @ slopes.reshape(flat.shape[-1], -1 if slopes.size else 0)).real)
 
 
 def _columns(free: Index) -> dict[int, int]:
@@ -206,8 +240,9 @@ def _columns(free: Index) -> dict[int, int]:
     return {number: position for position, number in enumerate(free.tolist())}
 
 
-def _places(block: Block, column: dict[int, int]) -> Index:
-    return np.array([column[number] for number in block.numbers.tolist()])
+def _places(numbers: Index, column: dict[int, int]) -> Index:
+    """The columns of unknowns, by their numbers."""
+    return np.array([column[number] for number in numbers.tolist()], dtype=int)
 
 
 def weights(target: FrfTarget) -> Array:

@@ -22,7 +22,7 @@ from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact
 from identify.vibration.costs.modal_target import ModalTarget
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
-from identify.vibration.nuisances.placed import Placed, state
+from identify.vibration.nuisances.placed import Placed, State, state
 from identify.vibration.nuisances.sensitivity import Block
 
 _CHANGE = 1e-3
@@ -160,12 +160,16 @@ class FrfTarget:
         if self.nuisances is None:
             return self, 0.0
         at = state(self.nuisances, errors)
-        system = self.system.with_more(at.mass, at.stiffness)
-        there = replace(self, system=system, out=at.out, force=at.force, nuisances=None)
+        there = self.in_state(at)
         if self.simulated is not None:
             simulator, simulated = self._simulator.off(self.simulated, errors)
             there = replace(there, simulated=simulated, simulator=simulator)
         return there, at.delay
+
+    def in_state(self, at: State) -> FrfTarget:
+        """With the model, sensors and impacts of a state, but for its delay."""
+        system = self.system.with_more(at.mass, at.stiffness)
+        return replace(self, system=system, out=at.out, force=at.force, nuisances=None)
 
     def impact_with_errors(self, errors: Array) -> SimulatedImpact:
         """What is simulated where what was told is off by errors (nuisances,)."""
@@ -314,7 +318,7 @@ class FrfTarget:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
         corrects the window's decay.
         """
-        return self.data.s + (values @ self._decay)[..., None] if np.any(self._decay) else self.data.s
+        return self.data.s + (values @ self.decay)[..., None] if np.any(self.decay) else self.data.s
 
     def end_at(self, values: Array) -> float | None:
         """How long after the impact the record ends at values (parameters,), but not with hysteretic damping,
@@ -335,7 +339,7 @@ class FrfTarget:
         return self._by_readings(lambda reading: reading.shortening())
 
     @cached_property
-    def _decay(self) -> Array:
+    def decay(self) -> Array:
         """(parameters,): what each parameter adds to the decay of the window."""
         return self._by_readings(lambda reading: reading.decay())
 
@@ -363,7 +367,7 @@ class FrfTarget:
         """
         if self._errs(values):
             return self._gradient_with_errors(values, free)
-        s, decay = self.s_at(values), self._decay[free]
+        s, decay = self.s_at(values), self.decay[free]
         matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.system.compliances is not None:
             h, gradient = self._compliant_gradient(values, free)
@@ -416,8 +420,8 @@ class FrfTarget:
         there, delay = self.realised(values[size:])
         h, slopes = there.gradient(values[:size], free[free < size])
         late = np.exp(-delay * there.s_at(values[:size]))[:, None, None]
-        if np.any(self._decay[free[free < size]]):
-            slopes = slopes - delay * h[..., None] * self._decay[free[free < size]]
+        if np.any(self.decay[free[free < size]]):
+            slopes = slopes - delay * h[..., None] * self.decay[free[free < size]]
         return h * late, slopes * late[..., None]
 
     def _slope(self, values: Array) -> Complex:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -34,22 +35,25 @@ def nuisance_blocks(
     s: Complex,
     power: int,
     end: TruncationCorrection | Response | float | None,
+    *,
+    inside: bool = False,
 ) -> list[Block]:
     """Of all nuisances but the delay, for what the model itself does; end: the length of the records, or
     what is known of the motion after them, which is then taken as it is, or the whole response of a model
-    with springs given by compliance.
+    with springs given by compliance.  inside: of a linear model, in its coordinates as far as they tell, and
+    what sensors read besides.
     """
     mass, stiffness, numbers = structural_changes(placed, at)
     if isinstance(end, Response):
         motion = [end.motion(k) for k in range(3)]
-        model = Excited(matrices, s, power, motion, end.to_out, None, at.out @ motion[power])
+        model = Excited(matrices, s, power, motion, at.out, end.to_out, None, at.out @ motion[power])
     elif end is None or isinstance(end, float):
-        model = excited(at, matrices, s, power, end, (mass, stiffness))
+        model = excited(at, matrices, s, power, end, (mass, stiffness), inside=inside)
     else:
         motion, transfer = motion_and_transfer(end, matrices, s, at.out, at.force)
-        model = Excited(matrices, s, power, motion, transfer, end, at.out @ motion[power])
+        model = Excited(matrices, s, power, motion, at.out, transfer, end, at.out @ motion[power])
     dense = structural(placed, at, model, (mass, stiffness, numbers))
-    return [dense, *shapes(placed, at, model), *impacts(placed, at, model), *sensors(placed, at, model)]
+    return [*dense, *shapes(placed, at, model), *impacts(placed, at, model), *sensors(placed, at, model)]
 
 
 def recorded(
@@ -79,4 +83,6 @@ def chosen(block: Block, numbers: Index) -> Block | None:
     known = np.isin(block.numbers, numbers)
     if not known.any() or not len(block.channels):
         return None
-    return block if known.all() else Block(block.channels, block.numbers[known], block.slopes[..., known])
+    if known.all():
+        return block
+    return replace(block, numbers=block.numbers[known], slopes=block.slopes[..., known])

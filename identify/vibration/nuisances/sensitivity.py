@@ -24,38 +24,55 @@ Matrices = tuple[Array, Array, Array]
 @dataclass(frozen=True)
 class Block:
     """Derivatives (lines, channels, inputs, k) of some channels (their numbers) with respect to k nuisances
-    (their numbers), in units of their standard deviations.
+    (their numbers), in units of their standard deviations; inside: of the model's coordinates instead.
     """
 
     channels: Index
     numbers: Index
     slopes: Complex
+    inside: bool = False
 
 
 @dataclass(frozen=True)
 class Excited:
     """A model at its state under its impacts: s (lines,), the power of s in H, motion (3 of (lines, n,
-    inputs)) and S Z^-1 (lines, outputs, n).
+    inputs)); and looked at through T (k, n), of the outputs, or inside, where it is one: transfer T Z^-1
+    (lines, k, n) and h (lines, k, inputs).
     """
 
     matrices: Matrices
     s: Complex
     power: int
     motion: list[Complex]
+    through: Array
     transfer: Complex
     end: TruncationCorrection | None
     h: Complex
+    inside: bool = False
+
+    def block(self, numbers: Index, slopes: Complex) -> Block:
+        """Of all that it is looked at through."""
+        return Block(np.arange(slopes.shape[1]), numbers, slopes, self.inside)
 
 
 def excited(
-    at: State, matrices: Matrices, s: Complex, power: int, record: float | None, changes: tuple[Array, Array]
+    at: State,
+    matrices: Matrices,
+    s: Complex,
+    power: int,
+    record: float | None,
+    changes: tuple[Array, Array],
+    *,
+    inside: bool = False,
 ) -> Excited:
     """A linear model; record as in `identify.model.frf`, changes (q, n, n) of M and K that it is to be
     differentiated by.
     """
+    through = np.eye(at.out.shape[1]) if inside else at.out
     end = None if record is None else end_by_matrices(matrices, s, at.force, record, *changes)
-    motion, transfer = motion_and_transfer(end, matrices, s, at.out, at.force)
-    return Excited(matrices, s, power, motion, transfer, end, at.out @ motion[power])
+    motion, transfer = motion_and_transfer(end, matrices, s, through, at.force)
+    h = motion[power] if inside else at.out @ motion[power]
+    return Excited(matrices, s, power, motion, through, transfer, end, h, inside)
 
 
 def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
@@ -80,8 +97,8 @@ def structural_changes(placed: Placed, at: State) -> tuple[Array, Array, Index]:
     )
 
 
-def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, Array, Index]) -> Block:
-    """Of inertias and of the geometry that changes M or K_g, all channels."""
+def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, Array, Index]) -> list[Block]:
+    """Of inertias and of the geometry that changes M or K_g."""
     mass, stiffness, numbers = changes
     held = ~np.any(model.motion[0], axis=(0, 2)) & (model.end is None)  # by springs of no compliance
     moved = np.flatnonzero(~held)
@@ -89,21 +106,30 @@ def structural(placed: Placed, at: State, model: Excited, changes: tuple[Array, 
         moved = np.arange(len(held))
     elif held.any():
         mass, stiffness = (matrices[:, moved[:, None], moved] for matrices in (mass, stiffness))
-    there = model.motion[2][:, moved], model.motion[0][:, moved]
-    lines, _, inputs = there[0].shape
+    lines, _, inputs = model.motion[0].shape
     size, count = len(moved), len(numbers)
-    pushed = mass.reshape(-1, size) @ there[0] + stiffness.reshape(-1, size) @ there[1]
-    load = -(model.s**model.power)[:, None, None, None] * pushed.reshape(lines, count, size, inputs)
-    load = load.transpose(0, 2, 3, 1).reshape(lines, size, -1)
+    there = [_flat(model.motion[power][:, moved]) for power in (2, 0)]
+    pushed = real_product(mass.reshape(-1, size), there[0]) + real_product(
+        stiffness.reshape(-1, size), there[1]
+    )
+    turned = pushed.reshape(count, size, lines, inputs).transpose(2, 1, 3, 0)
+    load = (-(model.s**model.power)[:, None, None, None] * turned).reshape(lines, size, -1)
     if isinstance(model.end, EndOfRecord):
         load += model.end.driving(model.matrices, model.s, model.power)
     slopes = (model.transfer[..., moved] @ load).reshape(lines, model.transfer.shape[1], inputs, count)
     heavy = placed.basis.heavy
     moving = np.array([placed.basis.geometry[n].moving for n in heavy], dtype=bool)
-    if moving.any():
-        first = count - len(heavy)
-        slopes[..., first + np.flatnonzero(moving)] += _moved_ends(placed, at, model, heavy[moving])
-    return Block(np.arange(slopes.shape[1]), numbers, slopes)
+    if not moving.any():
+        return [model.block(numbers, slopes)]
+    own = count - len(heavy) + np.flatnonzero(moving)
+    pushed, blocks = _moved_ends(placed, at, model, heavy[moving])
+    slopes[..., own] += pushed
+    return [model.block(numbers, slopes), *blocks]
+
+
+def _flat(motion: Complex) -> Complex:
+    """(n, lines * inputs) of motions (lines, n, inputs)."""
+    return np.swapaxes(motion, 0, 1).reshape(motion.shape[1], -1)
 
 
 def shapes(placed: Placed, at: State, model: Excited) -> list[Block]:
@@ -111,14 +137,13 @@ def shapes(placed: Placed, at: State, model: Excited) -> list[Block]:
     light = [n for n, one in enumerate(placed.basis.geometry) if one.moving and not one.heavy]
     if not light:
         return []
-    numbers = np.array(light)
-    slopes = _moved_ends(placed, at, model, numbers)
-    return [Block(np.arange(slopes.shape[1]), placed.geometry.numbers[numbers], slopes)]
+    pushed, blocks = _moved_ends(placed, at, model, np.array(light))
+    return [model.block(placed.geometry.numbers[light], pushed), *blocks]
 
 
-def _moved_ends(placed: Placed, at: State, model: Excited, moving: Index) -> Complex:
-    """(lines, outputs, inputs, g): what some of the changes of geometry, by their numbers, do by way of
-    sensors and impacts.
+def _moved_ends(placed: Placed, at: State, model: Excited, moving: Index) -> tuple[Complex, list[Block]]:
+    """What some of the changes of geometry, by their numbers, do by way of sensors and impacts: (lines, k,
+    inputs, g) through the model; inside, only by way of impacts, and a block of what sensors read besides.
     """
     changes = [placed.basis.geometry[number] for number in moving.tolist()]
     applied = wrench(placed.inputs, at.directions, at.shift)
@@ -126,39 +151,40 @@ def _moved_ends(placed: Placed, at: State, model: Excited, moving: Index) -> Com
     force = np.array([push(placed.inputs, one.motion, applied, at.scale) for one in changes])
     moved = real_product(out.reshape(-1, out.shape[2]), model.motion[model.power])
     moved = moved.reshape(len(model.s), *out.shape[:2], -1).transpose(0, 2, 3, 1)
-    pushed = _by_force(model, at, force.transpose(1, 2, 0).reshape(out.shape[2], -1))
-    return np.asarray(placed.geometry.std[moving] * (moved + pushed.reshape(moved.shape)))
+    pushed = _by_force(model, force.transpose(1, 2, 0).reshape(out.shape[2], -1))
+    pushed, std = pushed.reshape(*model.h.shape, len(moving)), placed.geometry.std[moving]
+    if not model.inside:
+        return np.asarray(std * (moved + pushed)), []
+    every = np.arange(moved.shape[1])
+    return np.asarray(std * pushed), [Block(every, placed.geometry.numbers[moving], std * moved)]
 
 
-def _by_force(model: Excited, at: State, force: Array) -> Complex:
-    """(lines, outputs, c): response to other forces (n, c)."""
+def _by_force(model: Excited, force: Array) -> Complex:
+    """(lines, k, c): response to other forces (n, c)."""
     line = model.s[:, None, None]
     load = np.broadcast_to(force.astype(complex), (len(model.s), *force.shape))
-    end, response = None, np.zeros(1, dtype=complex)
+    response = np.zeros(1, dtype=complex)
     if isinstance(model.end, EndOfRecord):
-        none = np.zeros((0, *model.matrices[0].shape))
-        end = end_by_matrices(model.matrices, model.s, force, model.end.record, none, none)
-    if end is not None:
+        end = model.end.under(force)
         load = force - end.load(model.matrices[0], model.matrices[1], model.s)
-        response = np.asarray(at.out @ end.motion(model.s, model.power))
+        response = np.asarray(model.through @ end.motion(model.s, model.power))
     return np.asarray(line**model.power * (model.transfer @ load) + response)
 
 
 def impacts(placed: Placed, at: State, model: Excited) -> list[Block]:
     """Of directions and places of the impacts, and of the sensitivity of the force transducer."""
-    every, blocks = np.arange(model.h.shape[1]), []
+    blocks = []
     known, changes = _wrenches(placed, at)
     entries, slots = np.nonzero(known >= 0)
     if len(entries):
         force = push(placed.inputs.of(entries), at.motion, changes[entries, slots], at.scale[entries])
         unique, which = np.unique(known[entries, slots], return_inverse=True)
         slopes = np.zeros((*model.h.shape, len(unique)), dtype=complex)
-        slopes[:, :, entries, which] = _by_force(model, at, force)
-        blocks.append(Block(every, unique, slopes))
+        slopes[:, :, entries, which] = _by_force(model, force)
+        blocks.append(model.block(unique, slopes))
     if placed.force.numbers >= 0:
-        blocks.append(
-            Block(every, placed.force.numbers.reshape(1), -float(placed.force.std) * model.h[..., None])
-        )
+        strength = -float(placed.force.std) * model.h[..., None]
+        blocks.append(model.block(placed.force.numbers.reshape(1), strength))
     return blocks
 
 
@@ -187,6 +213,7 @@ def _wrenches(placed: Placed, at: State) -> tuple[Index, Array]:
 def sensors(placed: Placed, at: State, model: Excited) -> list[Block]:
     """Of places, turns and gains of the sensors, each on its own channels."""
     motion, points = model.motion[model.power], placed.outputs.point
+    h = at.out @ motion
     rows = _rows(placed, at)
     every = real_product(rows.reshape(-1, rows.shape[2]), motion).reshape(len(model.s), *rows.shape[:2], -1)
     slots = (placed.positions, placed.rotations)
@@ -199,7 +226,7 @@ def sensors(placed: Placed, at: State, model: Excited) -> list[Block]:
         if len(known):
             slopes = np.zeros((len(model.s), len(own), motion.shape[2], len(known)), dtype=complex)
             slopes[..., : len(moves)] = np.swapaxes(every[:, own][:, :, moves], 2, 3)
-            gains = placed.gains.std[own[gained], None] * model.h[:, own[gained]]
+            gains = placed.gains.std[own[gained], None] * h[:, own[gained]]
             slopes[:, gained, :, len(moves) + np.arange(len(gained))] = np.swapaxes(gains, 0, 1)
             blocks.append(Block(own, known, slopes))
     return blocks

@@ -83,3 +83,16 @@ def test_bend_is_not_told_elsewhere_nor_of_large_data(
     monkeypatch.setattr(frf_least_squares, "_KEPT_BYTES", 1000)
     objective.product(values, free)
     assert objective.bend(values, free, sides) is None
+
+
+def test_a_stage_begins_without_what_was_computed_before(problem: Problem) -> None:
+    """Or a start would depend, in its last digits, on the one before it, and on who ran that."""
+    free, (values, sides) = Scale(problem.parameters).free, _sides(problem)
+    objective = PosteriorObjective(FrfLeastSquares(), problem.targets())
+    fresh = objective.costs(values[None])
+    objective.product(values, free)
+    objective._known = values[None], -1.0
+    assert objective.costs(values[None]) == -1.0
+    begun = objective.at(values)
+    assert begun.costs(values[None]) == fresh
+    assert begun.bend(values, free, sides) is None
