@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
-from identify.core.thresholds import CONVINCING
 from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
 from identify.discovery.lean import leaning_task
 from identify.discovery.neighbours import moved, neighbours
@@ -57,9 +56,8 @@ def _exchanged(
     present = Task(state.effects, (), state.model.values)
     [before, *trials] = workers.run([present, *(task for _, task in pairs)], "other forms")
     criterion = EvidenceCriterion(before.gap**2)
-    odds = [criterion.log_odds(before, one) for one in trials]
-    order = sorted(range(len(trials)), key=lambda n: -odds[n])
-    quick = [trials[n] for n in order if odds[n] > -CONVINCING]
+    # On few lines of the fitted data alone these say which to refit, and not what other data say of them.
+    quick = sorted(trials, key=lambda one: -criterion.log_odds(before, one))
     found = convincing(workers, state, quick, _WHOLE)
     if found is None:
         return None

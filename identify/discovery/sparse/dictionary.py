@@ -86,8 +86,8 @@ class Beside:
 
 
 def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
-    """All that the catalogue has of such effects beside a dense fit of a problem, of each kind the likeliest:
-    what gains most less the price of its parameters, the best first.
+    """All that the catalogue has of such effects beside a dense fit of a problem: what gains most less the
+    price of its parameters first.
     """
     sets, measured = beside.sets, problem.measurements
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
@@ -98,10 +98,8 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
         parts = each(partial(_scored, shapes=shapes), list(zip(sets, systems, strict=True)))
         for effect, shape, own in zip(some, shapes, zip(*parts, strict=True), strict=True):
             found += _best(effect, shape, model, _Score.of_all(own), beside)
-    each_costs, of_kind = price(beside.fit.count), dict[str, Candidate]()
-    for one in sorted(found, key=lambda one: each_costs * len(one.values) - one.gain):
-        of_kind.setdefault(one.effect.kind, one)
-    return list(of_kind.values())
+    each_costs = price(beside.fit.count)
+    return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
 
 @dataclass(frozen=True)

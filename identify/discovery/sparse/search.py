@@ -48,7 +48,7 @@ from identify.vibration.all_springs import all_springs
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_uncertainty
 
-_MOST_ENTERED, _TRIED = 8, 2
+_MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
