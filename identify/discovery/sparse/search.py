@@ -80,11 +80,10 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     structure, models = tuple(all_springs(problem, shrink=True)), list[Pruned]()
     if not stated:
         rigid = dense_fit(problem, structure, usual=False, until=story.until)
-        if story.late or not _bends(rigid):
-            models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
-            likeliest = max(models, key=_evidence)
-            if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
-                return _said(likeliest, unseen, say)
+        models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
+        likeliest = max(models, key=_evidence)
+        if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
+            return _said(likeliest, unseen, say)
     closed = [one for one in models if one.closed]
     fit = dense_fit(bending, structure, usual=True, until=story.until)
     fits = _further(fit, story, 1 if closed else _MOST_ENTERED)
@@ -99,12 +98,6 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     best = _best(fits, unseen)
     say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
     return _said(max([*closed, *(pruned(one, say, unseen) for one in best)], key=_evidence), unseen, say)
-
-
-def _bends(found: Found) -> bool:
-    """Whether what is open may be the form of a link: of all that is soft, a link moves most."""
-    most = max(found.unknowns.units, key=lambda unit: found.unknowns.moved(unit, found.x, found.product))
-    return isinstance(most.effect, LinkFlexibility) and found.gap >= CLOSED
 
 
 def _evidence(model: Pruned) -> float:
@@ -149,7 +142,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
             break
         # What fits the data by errors that are far out can only be what those are errors of.
         trials = _linear(found) if found.gap < CLOSED else _trials(found)
-        fitted = [_tried(found, one) for one in _worth(list(trials), each_costs)]
+        fitted = [_tried(found, one) for one in _worth(found, list(trials), each_costs)]
         best = min(
             fitted, key=lambda fit: fit.unpriced + each_costs * len(fit.x) - _before(fit), default=found
         )
@@ -181,14 +174,18 @@ class Trial(NamedTuple):
     size: int
 
 
-def _worth(trials: Sequence[Trial], each_costs: float) -> list[Trial]:
-    """Those that gain most beyond the price of their unknowns, and what gains most for each of these: by
-    first order large effects gain less than they do, and what says the same with few would not be seen.
+def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Trial]:
+    """Those that gain most beyond the price of their unknowns, and of other kinds what gains most for each of
+    these: by first order large effects gain less than they do, and what says the same with few would not be
+    seen.
     """
     worth = [one for one in trials if one.gain > PAYS * each_costs]
     most = sorted(worth, key=lambda one: each_costs * one.size - one.gain)
-    rest = [one for one in most[_TRIED:] if one.size]
-    return [*most[:_TRIED], *sorted(rest, key=lambda one: -one.gain / one.size)[:1]]
+    of_kind = dict[str, Trial]()
+    for one in sorted((one for one in most[_TRIED:] if one.size), key=lambda one: -one.gain / one.size):
+        [*_, new] = [effect for effect in one.effects if effect not in found.effects]
+        of_kind.setdefault(new.kind, one)
+    return [*most[:_TRIED], *list(of_kind.values())[:_TRIED]]
 
 
 def _tried(found: Found, trial: Trial) -> Found:
