@@ -37,12 +37,7 @@ def _of(problem: Problem, engine: Engine, place: Place) -> Iterator[tuple[Array,
         for name in place.coordinates:
             yield from _of_coordinate(engine, *name.split(".", 1))
     elif isinstance(place, Attachment):
-        single = place.axes[0] if len(place.axes) == 1 and place.axes[0] in "xyz" else ""
-        axes = engine.axes(place.link) if place.frame == "link" else np.eye(3)
-        along = axes[:, "xyz".index(single)] if single else _NOWHERE
-        if place.along is not None:
-            along = axes @ place.along
-        yield engine.position(place.link, np.array(place.at_m)), along
+        yield engine.position(place.link, np.array(place.at_m)), _along(engine, place)
     elif isinstance(place, Rows):
         point = problem.points[place.node]
         yield engine.position(point.link, point.position), _NOWHERE
@@ -53,6 +48,15 @@ def _of(problem: Problem, engine: Engine, place: Place) -> Iterator[tuple[Array,
             return
         point = problem.points[struck.node]
         yield engine.position(point.link, point.position), _NOWHERE
+
+
+def _along(engine: Engine, place: Attachment) -> Array:
+    """(3,): the only direction in which an attachment acts."""
+    axes = engine.axes(place.link) if place.frame == "link" else np.eye(3)
+    if place.along is not None:
+        return np.asarray(axes @ place.along)
+    single = place.axes[0] if len(place.axes) == 1 and place.axes[0] in "xyz" else ""
+    return axes[:, "xyz".index(single)] if single else _NOWHERE
 
 
 def _of_coordinate(engine: Engine, body: str, axis: str) -> Iterator[tuple[Array, Array]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -14,11 +14,13 @@ from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse.evidence import inflation, solved, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.vibration.problem import Problem
 
 SEEN = 1.0
 """Units of what is left that an amplitude must move to be kept for a look at its evidence."""
 
+_FEW = 3
 _NOTHING = 20.0
 """Logarithm of how many times smaller an effect is that is not there."""
 
@@ -41,6 +43,14 @@ class Pruned(NamedTuple):
         """Whether it leaves nothing open."""
         return self.found.gap < CLOSED
 
+    @property
+    def simple(self) -> bool:
+        """Whether it explains the data with so little that no other start can do with much less; not where a
+        link bends, whose form nobody knows.
+        """
+        bends = any(isinstance(unit.effect, LinkFlexibility) for unit in self.found.unknowns.units)
+        return self.closed and len(self.evidence) <= _FEW and not bends
+
 
 def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
     """The fit without units that the data do not ask for, its prices gone.
@@ -58,12 +68,9 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
             inflated = inflation(found.problem, found.unknowns.to_values(found.x))
         support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
         path.append((found, support))
-        loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING)
-        if not loose:
+        gone = _gone(found, support)
+        if not gone:
             break
-        at_once = found.gap < CLOSED or found.late
-        most = len(loose) if at_once else max(len(support) // 4, 1)
-        gone = {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
         say(f"Without evidence: {', '.join(sorted(gone))}.")
         seen = [unit for unit in found.unknowns.units if unit.name not in gone]
     if not seen:
@@ -71,6 +78,16 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
     if unseen is not None and path[-1][0].gap >= CLOSED:
         return Pruned(*smallest_that_predicts(path, unseen), inflated)
     return Pruned(*path[-1], inflated)
+
+
+def _gone(found: Found, support: Mapping[str, float]) -> set[str]:
+    """Names of the units that go next, by their log odds."""
+    loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING)
+    if not loose:
+        return set()
+    at_once = found.gap < CLOSED or found.late
+    most = len(loose) if at_once else max(len(support) // 4, 1)
+    return {name for odds, name in loose[:most] if odds < 0} or {loose[0][1]}
 
 
 def smallest_that_predicts(

@@ -52,10 +52,6 @@ _MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
-_FEW, _ROUNDS = 3, 2
-"""Units that explain the data with beams for links, so that no other form of these can do with much less;
-rounds in which what no spring stands for may enter there.
-"""
 
 
 @dataclass(frozen=True)
@@ -75,29 +71,53 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     unseen: the gap of a problem's effects and values on data that are not fitted.
     """
     story = story or Story()
-    say, stated = story.say, bool(problem.nuisances.entries)  # masses may be off by what was stated
-    bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    structure, models = tuple(all_springs(problem, shrink=True)), list[Pruned]()
-    if not stated:
-        rigid = dense_fit(problem, structure, usual=False, until=story.until)
-        models = [pruned(one, say, unseen) for one in _further(rigid, story, _ROUNDS)]
-        likeliest = max(models, key=_evidence)
-        if story.late or (likeliest.closed and len(likeliest.evidence) <= _FEW):
-            return _said(likeliest, unseen, say)
-    closed = [one for one in models if one.closed]
-    fit = dense_fit(bending, structure, usual=True, until=story.until)
-    fits = _further(fit, story, 1 if closed else _MOST_ENTERED)
-    if closed and _open(fits):
-        return _said(max(closed, key=_evidence), unseen, say)
-    if _open(fits) and not story.late:
-        more = (*structure, *instruments(problem))
-        fits.append(dense_fit(problem, more, usual=True, until=story.until))
-    if _open(fits) and not story.late:
-        other = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
-        fits += _further(other, story) if other.objective < fits[0].objective else [other]
-    best = _best(fits, unseen)
-    say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
-    return _said(max([*closed, *(pruned(one, say, unseen) for one in best)], key=_evidence), unseen, say)
+    stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
+    structure = tuple(all_springs(problem, shrink=True))
+    told = [] if stated else _with_links_as_told(problem, structure, story, unseen)
+    likeliest = max(told, key=_evidence, default=None)
+    if likeliest is None or not (story.late or likeliest.simple):
+        closed = [one for one in told if one.closed]
+        bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+        fits = _with_forms(bending, structure, story, 1 if closed else _MOST_ENTERED)
+        if not (closed and _open(fits)):
+            fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
+            best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
+            story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
+            closed += [pruned(one, story.say, unseen) for one in best]
+        likeliest = max(closed, key=_evidence)
+    return _said(likeliest, unseen, story.say)
+
+
+def _with_links_as_told(
+    problem: Problem, structure: tuple[Effect, ...], story: Story, unseen: Unseen | None
+) -> list[Pruned]:
+    """From rigid bearings, with what no spring stands for in two rounds, unless it is parts of links, whose
+    forms are uncertain.
+    """
+    fits = _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1)
+    if _open(fits) and not any(
+        isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects
+    ):
+        fits = _further(fits[0], story, 1)
+    return [pruned(one, story.say, unseen) for one in fits]
+
+
+def _with_forms(bending: Problem, structure: tuple[Effect, ...], story: Story, most: int) -> list[Found]:
+    """From usual bearings, with links of uncertain form."""
+    return _further(dense_fit(bending, structure, usual=True, until=story.until), story, most)
+
+
+def _others(
+    problem: Problem, bending: Problem, structure: tuple[Effect, ...], story: Story, first: Found
+) -> Iterator[Found]:
+    """Where that leaves something open: with all instruments from the start, and band by band."""
+    if story.late:
+        return
+    more = dense_fit(problem, (*structure, *instruments(problem)), usual=True, until=story.until)
+    yield more
+    if _open([first, more]) and not story.late:
+        banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
+        yield from _further(banded, story) if banded.objective < first.objective else [banded]
 
 
 def _evidence(model: Pruned) -> float:
@@ -336,6 +356,14 @@ def _bent(found: Found) -> set[str]:
         and not unit.effect.nonuniform
         and unknowns.moved(unit, found.x, found.product) > SEEN * found.gap
     }
+
+
+def _by_parts(found: Found, story: Story) -> Iterator[Found]:
+    """The fit with links by parts where one bends beside other units, which may make up for its form."""
+    seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
+    bent = _bent(found)
+    if bent and len(seen) > len(bent) and not story.late:
+        yield gone_on(found, tuple(in_parts(found.effects, bent)), _parts(found, bent))
 
 
 def _coupled(found: Found) -> Iterator[Trial]:
