@@ -14,6 +14,10 @@ class Coded(str):
         made.code = code
         return made
 
+    def __getnewargs__(self) -> tuple[str, str]:
+        """For workers, to which sentences are sent."""
+        return str(self), self.code
+
     def and_(self, more: str) -> Coded:
         """The same with something behind it."""
         return Coded(f"{self}{more}", self.code)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from dataclasses import replace
 
 import pytest
@@ -41,3 +42,8 @@ def test_what_was_turned_down_is_counted_by_code() -> None:
     worded = replace(one, rejected=replace(one.rejected, reason=("for some reason", "for another")))
     said = "2 candidates were rejected: 1 in too few orders, 1 as duplicate."
     assert turned_down(one) == turned_down(worded) == said
+
+
+def test_the_code_survives_the_way_to_a_worker_and_back() -> None:
+    sent = pickle.loads(pickle.dumps(Coded("left out", "left-out")))
+    assert (sent, code_of(sent)) == ("left out", "left-out")
