@@ -14,9 +14,9 @@ class Coded(str):
         made.code = code
         return made
 
-    def __getnewargs__(self) -> tuple[str, str]:
+    def __reduce__(self) -> tuple[type[Coded], tuple[str, str]]:
         """For workers, to which sentences are sent."""
-        return str(self), self.code
+        return Coded, (str(self), self.code)
 
     def and_(self, more: str) -> Coded:
         """The same with something behind it."""
