@@ -72,7 +72,7 @@ def drawn(rows: list[Row]) -> Figure:
     axes.set_xticks(places, [f"{100 * row[0]:g} to {100 * row[1]:g} %\n{row[4]} names" for row in rows])
     axes.set_ylabel("names that are right, %")
     axes.set_ylim(0, 105)
-    axes.legend(loc="lower right")
+    axes.legend(loc="upper left")
     return figure
 
 
