@@ -233,10 +233,8 @@ def _run(
                 known = _stage((number, position), stage, values, plan, progress, began)
             else:
                 _taken(number, stage, known, plan, progress)
-            evaluations, spent = (
-                evaluations + known.evaluations,
-                max([spent, *(row[2] for row in known.rows)]),
-            )
+            evaluations += known.evaluations
+            spent = max([spent, *(row[2] for row in known.rows)])
             progress.led.append(known)
         values, outcome = known.after, known.outcome
     cost = float(plan.objective.at(values).costs(values[None])[0])

@@ -51,6 +51,11 @@ def in_parts(effects: Sequence[Effect], bent: set[str]) -> list[Effect]:
     ]
 
 
+def exchanged(effects: Sequence[Effect], pairs: Sequence[tuple[Effect, Effect]]) -> tuple[Effect, ...]:
+    """The effects with others in the places of some."""
+    return tuple(next((new for old, new in pairs if old == one), one) for one in effects)
+
+
 def with_more(problem: Problem, effects: Sequence[Effect]) -> Problem:
     """The problem with effects beyond those of its study."""
     return with_effects(problem, [*problem.file.study.effects, *effects], {})

@@ -18,6 +18,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.errors import InputError, InputErrors
+from identify.core.parameters import Parameter
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
 from identify.discovery.sparse.bounded import bounded_step
@@ -38,7 +39,6 @@ falls between two.
 """
 _DAMPED, _RANK = 1e-3, 1e-9
 """Steps of parameters that do nothing stay small."""
-_ROLES = ("stiffness", "damping", "mass", "hysteretic")
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,9 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
         shapes = [_shapes(model, problem, number) for number in range(-len(some), 0)]
         systems = [model.measurements[n].system for n in fitted]
         parts = each(partial(_scored, shapes=shapes), list(zip(sets, systems, strict=True)))
-        for effect, shape, own in zip(some, shapes, zip(*parts, strict=True), strict=True):
-            found += _best(effect, shape, model, _Score.of_all(own), beside)
+        scores = [_Score.of_all(own) for own in zip(*parts, strict=True)]
+        for effect, shape, left in zip(some, shapes, _left(scores, beside), strict=True):
+            found += _best(effect, shape, model, left, beside)
     each_costs = price(beside.fit.count)
     return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
@@ -174,25 +175,26 @@ def _shapes(model: Problem, problem: Problem, which: int) -> _Shape:
     system, present = model.measurements[0].system, problem.measurements[0].system
     numbers = system.effects[which][1]
     own = [model.parameters[n] for n in numbers]
-    start = np.array([p.initial for p in own])
-    touched = _touched({role: system.terms[role][numbers] for role in _ROLES})
+    touched = _touched(_stacks(system, numbers))
     if {system.coordinates[n] for n in np.flatnonzero(touched)} <= set(present.coordinates):
         usual = {p.unit: max(q.initial for q in own if q.unit == p.unit) for p in own}
         return _Shape(numbers, np.diag([usual[p.unit] or 1.0 for p in own]), adding=True)
+    return _Shape(numbers, _over_the_band(model, own))
+
+
+def _over_the_band(model: Problem, own: Sequence[Parameter]) -> Array:
+    """(m, parameters): the usual values; of a body on a spring, resonances all over the band."""
+    start = np.array([p.initial for p in own])
     damped = np.array([".damping" in p.name for p in own])
     stiff = np.array([".stiffness" in p.name for p in own])
     masses = np.array([p.name.endswith(".mass") for p in own])
-    rows = [start]
-    if stiff.any() and masses.any():
-        low, high = _band(model)
-        usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
-        faster = np.geomspace(low, high, _FREQUENCIES) / usual
-        rows = [
-            np.where(stiff, row * f**2, np.where(damped, _WIDER * row * f, row))
-            for row in rows
-            for f in faster
-        ]
-    return _Shape(numbers, np.array(rows))
+    if not (stiff.any() and masses.any()):
+        return start[None]
+    low, high = _band(model)
+    usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
+    faster = np.geomspace(low, high, _FREQUENCIES) / usual
+    rows = [np.where(stiff, start * f**2, np.where(damped, _WIDER * start * f, start)) for f in faster]
+    return np.array(rows)
 
 
 def _band(model: Problem) -> tuple[float, float]:
@@ -233,7 +235,7 @@ def _changes(
     system: System, shape: _Shape, place: Sequence[int], s: Complex, ends: tuple[Complex, Complex]
 ) -> Iterator[Complex]:
     """S G (A - B E^-1 B') G B (lines, outputs, inputs) for each start of a shape."""
-    stacks = {role: system.terms[role][shape.numbers] for role in _ROLES}
+    stacks = _stacks(system, shape.numbers)
     inner = [n for n in np.flatnonzero(_touched(stacks)) if n not in place]
     outer = [one[:, place] for one in stacks.values()]
     basis = _span(np.concatenate([part.transpose(1, 0, 2).reshape(len(place), -1) for part in outer], axis=1))
@@ -263,19 +265,41 @@ def _span(columns: Array) -> Array:
     return found
 
 
+def _stacks(system: System, numbers: Index) -> dict[str, Array]:
+    """The terms (m, n, n) of some parameters, by role."""
+    return {role: every[numbers] for role, every in system.terms.items()}
+
+
 def _touched(stacks: Mapping[str, Array]) -> Mask:
     """(n,): the coordinates that terms (m, n, n) by role touch."""
     return np.asarray(np.any([np.any(one, axis=(0, 1)) for one in stacks.values()], axis=0))
 
 
-def _best(effect: Effect, shape: _Shape, model: Problem, score: _Score, beside: Beside) -> list[Candidate]:
+class _Left(NamedTuple):
+    """Of changes by each of k starts of a shape, in units of noise: their squares (k,), and with what is in
+    the model projected out their products (k, k) and those with the residual (k,).
+    """
+
+    size: Array
+    products: Array
+    slope: Array
+
+
+def _left(scores: Sequence[_Score], beside: Beside) -> Iterator[_Left]:
+    """Of each shape, solved for all at once."""
+    told, solved_for = beside.projected(np.concatenate([one.crossed for one in scores], axis=1))
+    ends = np.cumsum([0, *(len(one.pull) for one in scores)])
+    for one, mine in zip(scores, map(slice, ends, ends[1:]), strict=True):
+        own = told[:, mine].T
+        slope = one.pull - own @ solved_for[:, -1]
+        yield _Left(np.diag(one.own), one.own - own @ solved_for[:, mine], slope)
+
+
+def _best(effect: Effect, shape: _Shape, model: Problem, score: _Left, beside: Beside) -> list[Candidate]:
     """The effect at the start that gains most, as much of it as there would be; nothing where none gains."""
-    told, solved_for = beside.projected(score.crossed)
-    left = score.own - told[:, :-1].T @ solved_for[:, :-1]
-    slope = score.pull - told[:, :-1].T @ solved_for[:, -1]
+    size, left, slope = score
     own, most = [model.parameters[n] for n in shape.numbers], _most(model, shape)
     if shape.adding:
-        size = np.diag(score.own)
         least = [0.0 if p.log else p.lower / s for p, s in zip(own, np.diag(shape.starts), strict=True)]
         damped = left + np.diag(_DAMPED * size + _RANK * size.max(initial=1e-300))
         amount = bounded_step(damped, -slope, np.array(least), most)

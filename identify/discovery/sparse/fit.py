@@ -150,8 +150,7 @@ def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
     for effect in found.effects:
         own = [unit for unit in units if unit.effect == effect]
         if isinstance(effect, Springs):
-            names = [found.unknowns.names[n] for unit in own for n in unit.amplitudes if found.x[n] > 0]
-            soft, coupled = soft_axes([name.split(".")[1] for name in names])
+            soft, coupled = soft_axes(found.unknowns.soft(own, found.x))
             axes = [axis for axis in effect.axes if axis in soft]
             if axes:
                 kept.append(effect.model_copy(update={"axes": axes, "coupled": coupled}))

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from identify.core.arrays import Array, Complex
-from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.dense import exchanged, with_more
 from identify.discovery.sparse.dictionary import About, Beside
 from identify.model.effects.base import Effect
 from identify.model.effects.mount_compliance import MountCompliance
@@ -39,8 +39,7 @@ def _soft(mount: MountCompliance, beside: Beside) -> bool:
 
 
 def _with(effects: Sequence[Effect], mount: MountCompliance, place: Array) -> tuple[Effect, ...]:
-    moved = mount.model_copy(update={"at_m": tuple(place.tolist())})
-    return tuple(moved if one == mount else one for one in effects)
+    return exchanged(effects, [(mount, mount.model_copy(update={"at_m": tuple(place.tolist())}))])
 
 
 def _step(

@@ -21,6 +21,7 @@ SEEN = 1.0
 """Units of what is left that an amplitude must move to be kept for a look at its evidence."""
 
 _FEW = 3
+"""Units that explain the data, so that no other start can do with much less."""
 _NOTHING = 20.0
 """Logarithm of how many times smaller an effect is that is not there."""
 

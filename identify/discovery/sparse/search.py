@@ -17,6 +17,7 @@ from identify.discovery.sparse import names
 from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import (
     bodies,
+    exchanged,
     in_parts,
     instruments,
     relaxations,
@@ -78,7 +79,8 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     if likeliest is None or not (story.late or likeliest.simple):
         closed = [one for one in told if one.closed]
         bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-        fits = _with_forms(bending, structure, story, 1 if closed else _MOST_ENTERED)
+        usual = dense_fit(bending, structure, usual=True, until=story.until)
+        fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
         if not (closed and _open(fits)):
             fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
             best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
@@ -100,11 +102,6 @@ def _with_links_as_told(
     ):
         fits = _further(fits[0], story, 1)
     return [pruned(one, story.say, unseen) for one in fits]
-
-
-def _with_forms(bending: Problem, structure: tuple[Effect, ...], story: Story, most: int) -> list[Found]:
-    """From usual bearings, with links of uncertain form."""
-    return _further(dense_fit(bending, structure, usual=True, until=story.until), story, most)
 
 
 def _others(
@@ -222,8 +219,7 @@ def _tried(found: Found, trial: Trial) -> Found:
 def _trials(found: Found) -> Iterator[Trial]:
     """Everything that may go on."""
     yield from _linear(found)
-    if bent := _bent(found):
-        effects, values = tuple(in_parts(found.effects, bent)), _parts(found, bent)
+    for effects, values in _in_parts(found):
         yield Trial(_foreseen(found, effects, values), effects, values, len(values))
     yield from _coupled(found)
     beside = Beside.of(found.unknowns, found.x, found.product)
@@ -358,23 +354,28 @@ def _bent(found: Found) -> set[str]:
     }
 
 
+def _in_parts(found: Found) -> Iterator[tuple[tuple[Effect, ...], dict[str, float]]]:
+    """The effects with all links by parts that bend, and the values of these; nothing where none does."""
+    if bent := _bent(found):
+        yield tuple(in_parts(found.effects, bent)), _parts(found, bent)
+
+
 def _by_parts(found: Found, story: Story) -> Iterator[Found]:
     """The fit with links by parts where one bends beside other units, which may make up for its form."""
     seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
-    bent = _bent(found)
-    if bent and len(seen) > len(bent) and not story.late:
-        yield gone_on(found, tuple(in_parts(found.effects, bent)), _parts(found, bent))
+    if len(seen) > len(_bent(found)) and not story.late:
+        yield from (gone_on(found, *parts) for parts in _in_parts(found))
 
 
 def _coupled(found: Found) -> Iterator[Trial]:
     """The springs across z of one body coupled, where any of these gives way."""
-    coupled = {one.sentence(): one.model_copy(update={"coupled": True}) for one in _uncoupled(found)}
-    if not coupled:
+    pairs = [(one, one.model_copy(update={"coupled": True})) for one in _uncoupled(found)]
+    if not pairs:
         return
-    local = _Quadratic.about(found, tuple(coupled.get(one.sentence(), one) for one in found.effects), {})
-    for name, turned in coupled.items():
+    local = _Quadratic.about(found, exchanged(found.effects, pairs), {})
+    for one, turned in pairs:
         own = [unit for unit in local.units if unit.effect == turned]
-        effects = tuple(turned if one.sentence() == name else one for one in found.effects)
+        effects = exchanged(found.effects, [(one, turned)])
         yield Trial(local.gain(own), effects, {}, 4 * len(turned.pairs))
 
 
@@ -382,9 +383,8 @@ def _uncoupled(found: Found) -> Iterator[Springs]:
     """Effects whose springs across z give way and are not coupled."""
     for one in found.effects:
         if isinstance(one, Springs) and one.pairs and not one.coupled:
-            numbers = [n for unit in found.unknowns.units if unit.effect == one for n in unit.amplitudes]
-            soft = {found.unknowns.names[n].split(".")[1] for n in numbers if found.x[n] > 0}
-            if any(set(pair) & soft for pair in one.pairs):
+            soft = found.unknowns.soft([unit for unit in found.unknowns.units if unit.effect == one], found.x)
+            if any(set(pair) & set(soft) for pair in one.pairs):
                 yield one
 
 

@@ -4,6 +4,7 @@ any data.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -160,6 +161,10 @@ class Unknowns:
         away = self.away(x)[unit.amplitudes]
         squares = float(away @ product[np.ix_(unit.amplitudes, unit.amplitudes)] @ away)
         return float(np.sqrt(max(squares, 0.0)))
+
+    def soft(self, units: Sequence[Unit], x: Array) -> list[str]:
+        """Places that give way at x (f,), such as rx, of units of springs."""
+        return [self.names[n].split(".")[1] for unit in units for n in unit.amplitudes if x[n] > 0]
 
     def to_x(self, values: Array) -> Array:
         """(f,) on the search scale, of values of all unknowns."""
