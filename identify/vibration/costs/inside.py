@@ -80,35 +80,35 @@ def inside_of(target: FrfTarget, values: Array, free: Index) -> tuple[Inside, li
     """A set at values (unknowns,) inside its model, and what of the free unknowns sensors read besides; None
     where coordinates are not far fewer than outputs, or there is more than a linear model and its sensors.
     """
-    outputs, parameters = len(target.data.outputs), len(target.system.parameters)
-    linear = target.plain and target.simulated is None and target.system.compliances is None
-    if target.nuisances is None or not linear or 2 * target.out.shape[1] > outputs:
-        return None  # with more coordinates the products of all with all take as long
-    own, errors = values[:parameters], values[parameters:]
-    at = state(target.nuisances, errors)
+    parameters = len(target.system.parameters)
+    if target.nuisances is None or not _far_fewer(target):
+        return None
+    own, of_parameters = values[:parameters], free[free < parameters]
+    at = state(target.nuisances, values[parameters:])
     there = target.in_state(at)
     bare = replace(there, out=np.eye(there.out.shape[1]))
-    h, slopes = bare.gradient(own, free[free < parameters])
-    blocks = _blocks(target.nuisances, at, there, own)
-    blocks = [replace(one, numbers=parameters + one.numbers) for one in blocks]
-    wanted = [one for block in blocks if (one := chosen(block, free)) is not None]
-    inner, numbers = [slopes], [free[free < parameters]]
-    decay = target.decay[free[free < parameters]]
-    if np.any(decay):
-        inner[0] = slopes - at.delay * h[..., None] * decay
-    for block in wanted:
-        if block.inside:
-            inner.append(block.slopes)
-            numbers.append(block.numbers)
+    h, slopes = target.late_gradient(bare, at.delay, own, of_parameters)
     s = there.s_at(own)
+    late = np.exp(-at.delay * s)[:, None, None, None]
+    told = _blocks(target.nuisances, at, there, own)
+    blocks = [replace(one, numbers=parameters + one.numbers, slopes=late * one.slopes) for one in told]
+    wanted = [one for block in blocks if (one := chosen(block, free)) is not None]
+    inner = [(slopes, of_parameters), *((one.slopes, one.numbers) for one in wanted if one.inside)]
     delay = parameters + target.nuisances.delay.numbers
     if target.nuisances.delay.numbers >= 0 and delay in free:
-        inner.append(-float(target.nuisances.delay.std) * (s[:, None, None] * h)[..., None])
-        numbers.append(delay.reshape(1))
-    late = np.exp(-at.delay * s)[:, None, None]
-    together = np.concatenate(inner, axis=-1) * late[..., None]
-    outer = [replace(one, slopes=late[..., None] * one.slopes) for one in wanted if not one.inside]
-    return Inside(there.out[:outputs], h * late, together, np.concatenate(numbers)), outer
+        by_delay = -float(target.nuisances.delay.std) * (s[:, None, None] * h)[..., None]
+        inner.append((by_delay, delay.reshape(1)))
+    together, numbers = (np.concatenate(parts, axis=-1) for parts in zip(*inner, strict=True))
+    seen = there.out[: len(target.data.outputs)]
+    return Inside(seen, h, together, numbers), [one for one in wanted if not one.inside]
+
+
+def _far_fewer(target: FrfTarget) -> bool:
+    """Whether a linear model and its sensors are all there is, and coordinates are far fewer than outputs:
+    with more of them the products of all with all take as long.
+    """
+    linear = target.plain and target.simulated is None and target.system.compliances is None
+    return linear and 2 * target.out.shape[1] <= len(target.data.outputs)
 
 
 def _blocks(placed: Placed, at: State, there: FrfTarget, values: Array) -> list[Block]:

@@ -418,10 +418,18 @@ class FrfTarget:
         """
         size = len(self.system.parameters)
         there, delay = self.realised(values[size:])
-        h, slopes = there.gradient(values[:size], free[free < size])
-        late = np.exp(-delay * there.s_at(values[:size]))[:, None, None]
-        if np.any(self.decay[free[free < size]]):
-            slopes = slopes - delay * h[..., None] * self.decay[free[free < size]]
+        return self.late_gradient(there, delay, values[:size], free[free < size])
+
+    def late_gradient(
+        self, there: FrfTarget, delay: float, values: Array, free: NDArray[np.intp]
+    ) -> tuple[Complex, Complex]:
+        """The same of `there`, of this target with errors, all responses late by a delay; values and free
+        are of the parameters alone.
+        """
+        h, slopes = there.gradient(values, free)
+        late = np.exp(-delay * there.s_at(values))[:, None, None]
+        if np.any(self.decay[free]):
+            slopes = slopes - delay * h[..., None] * self.decay[free]
         return h * late, slopes * late[..., None]
 
     def _slope(self, values: Array) -> Complex:

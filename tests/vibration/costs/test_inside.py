@@ -95,3 +95,17 @@ def test_more_coordinates_are_left_to_the_sensors(problem: Problem) -> None:
     outputs = np.arange(2 * target.out.shape[1] - 1)
     less = target.data.chosen([str(target.data.outputs[n]) for n in outputs], None, "test")
     assert inside_of(replace(target, data=less, out=target.out[outputs]), values, free) is None
+
+
+def test_late_responses_change_with_parameters_as_differences_say(problem: Problem) -> None:
+    """Also by the decay of the window, on which the delay itself depends."""
+    values = _values(problem)
+    for target in problem.targets().frf:
+        free = np.arange(len(target.system.parameters))
+        _, slopes = target.parameter_gradient(values, free)
+        for number in free[target.decay != 0]:
+            step = 1e-5 * abs(values[number]) * np.eye(len(values))[number]
+            sides = target.predict(values + step), target.predict(values - step)
+            expected = (sides[0] - sides[1]) / (2 * step[number])
+            error = np.abs(slopes[..., number] - expected).max()
+            assert error < 1e-6 * np.abs(expected).max()
