@@ -10,6 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from identify.reports.kit.figures import plain_powers, style, svg
+from identify.reports.kit.small_panels import ticks
 from identify.reports.outcome import Result
 from tests.reports.sample import frf_result
 
@@ -44,3 +45,8 @@ def test_powers_of_ten_are_plain_numbers() -> None:
         assert isinstance(axes.yaxis.get_major_formatter(), matplotlib.ticker.LogFormatter)
         drawn = svg(plain_powers(figure)).decode()
     assert "1e-07" in drawn and "mathdefault" not in drawn
+
+
+def test_decades_of_small_panels_are_plain_numbers() -> None:
+    assert [label for _, label in ticks((1e-4, 0.1), log=True)] == ["0.0001", "0.001", "0.01", "0.1"]
+    assert [label for _, label in ticks((1e-7, 1e-5), log=True)] == ["1e-07", "1e-06", "1e-05"]

@@ -73,11 +73,7 @@ def ticks(limit: tuple[float, float], log: bool = False) -> Ticks:
     subs = (1.0,) if decades >= 1 else (1.0, 2.0, 5.0)
     found = mpl.LogLocator(subs=subs, numticks=_MOST).tick_values(low, high)
     inside = [float(one) for one in found if low <= one <= high]
-    return [(one, _power(one) if decades >= 1 else f"{one:g}") for one in inside]
-
-
-def _power(value: float) -> str:
-    return f"$10^{{{round(np.log10(value))}}}$"
+    return [(one, f"{one:g}") for one in inside]
 
 
 class SmallPanels:
