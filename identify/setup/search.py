@@ -125,15 +125,20 @@ def _again(plain: Candidate, best: Candidate) -> Candidate:
 
 
 def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
-    """What was tried, best first, if that helps: by logarithms, or, because errors of what was told leave
-    these apart too, by the likelihood with such errors fitted along.  Bodies that can be help in any case.
+    """What was tried, best first, if that helps: by logarithms, or, because errors of what was stated leave
+    these apart too, by the likelihood with such errors fitted along, where that explains one of the best or
+    halves what is left.  Bodies that can be help in any case.
     """
-    if tried and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot)):
-        return tried
+    helps = bool(tried) and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot))
     if base.stated.uncertainty is None:
-        return []
+        return tried if helps else []
     likely = sorted(tried[:_LIKELY], key=lambda one: one.within.worst)
-    return likely + tried[_LIKELY:] if likely and likely[0].within.worst <= 0.5 * base.within.worst else []
+    rest = tried[_LIKELY:]
+    if explained := [one for one in tried[:_LIKELY] if one.within.explained]:
+        return explained + [one for one in likely if not one.within.explained] + rest
+    if helps:
+        return tried
+    return likely + rest if likely and likely[0].within.worst <= 0.5 * base.within.worst else []
 
 
 def _explained(one: Candidate) -> bool:
