@@ -100,7 +100,7 @@ def _result(
     scale = Scale(problem.parameters)
     runs = sum(record.time_s[-1] for record in records.values())
     gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
-    frfs, without = closed_loops(problem.robot, study.records, records)
+    frfs, without = closed_loops(problem.robot, [r.settings for r in problem.records], records)
     p = None
     if found is not None and trusted is not None:
         p = parameter_table(problem.parameters, found.fit.values, trusted, scale)

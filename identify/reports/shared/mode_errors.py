@@ -85,11 +85,12 @@ def magnitude_errors(m: MeasurementResult, frf: FrfComparison) -> Array:
 
 def _heights(m: MeasurementResult, frf: FrfComparison) -> tuple[Array, Array]:
     """(modes, pairs): highest lines of model and measured FRFs near each measured mode."""
-    near = [np.abs(frf.frequency_hz / mode - 1) < NEAR for mode in _modes(m, frf)]
-    model, measured = (
-        np.array([np.abs(h[lines]).max(axis=0) for lines in near]).reshape(len(near), -1)
-        for h in (frf.fitted, frf.measured)
-    )
+    modes = _modes(m, frf)
+    model, measured = np.empty((2, len(modes), len(frf.output)))
+    for n, mode in enumerate(modes):
+        away = np.abs(frf.frequency_hz / mode - 1)
+        near = away <= max(NEAR, away.min())  # at least the nearest line
+        model[n], measured[n] = (np.abs(h[near]).max(axis=0) for h in (frf.fitted, frf.measured))
     return model, measured
 
 
