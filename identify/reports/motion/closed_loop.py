@@ -53,7 +53,7 @@ def _rows(name: str, one: ClosedLoopFrfs) -> Iterator[tuple[str | float, ...]]:
         yield (
             name,
             angles(one.start_deg, "g"),
-            float(joint),
+            f"{joint:.0f}",
             *both,
             float(np.median(apart)),
             float(apart.max()),

@@ -12,7 +12,9 @@ from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table
 from identify.reports.kit.report import (
     EVERYWHERE,
+    PAGE,
     Drawing,
+    Heading,
     Part,
     Parts,
     Pickers,
@@ -61,7 +63,9 @@ def _sorted(found: list[Table], name: str) -> list[Tabular]:
 def _frfs(result: MotionResult) -> Iterator[Part]:
     if result.frfs:
         yield Tabular(extremes_table(result.frfs), sort="closed-loop", on=EVERYWHERE)
-        yield from (plot.drawing() for plot in frf_plots(result.frfs, result.joints))
+        for name, plot in zip(result.frfs, frf_plots(result.frfs, result.joints), strict=True):
+            yield Heading(name, on=PAGE)
+            yield plot.drawing()
 
 
 def _circles(result: MotionResult) -> Iterator[Part]:

@@ -146,7 +146,7 @@ def glitch_tables(result: MotionResult) -> list[Table]:
 
 def _glitch_table(name: str, g: Glitches) -> Table:
     columns = [
-        Column("Joint", "", [f"{joint}" for joint in g.joint], ready),
+        Column("Joint", "", [f"{joint:.0f}" for joint in g.joint], ready),
         Column("Turns round at", "°", [f"{angle:.0f}" for angle in np.degrees(g.angle)], ready),
         Column("Quadrant", "", [f"{1 + int(angle // (np.pi / 2)) % 4}" for angle in g.angle], ready),
         Column("Glitch of the feedback", "µm", [f"{1e6 * one:.0f}" for one in g.feedback], ready),

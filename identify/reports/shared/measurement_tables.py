@@ -94,7 +94,9 @@ def _data(measurement: MeasurementResult) -> str:
     if frf is None:
         modes = 0 if measurement.pairs is None else len(measurement.pairs.measured_frequency_hz)
         return count(modes, "measured mode")
-    return f"{count(len(frf.output), 'FRF')} ({frf.quantity}), {band(frf)}"
+    sigma = frf.window_decay_per_s
+    window = f", window decaying by {number(sigma)} 1/s" if sigma else ""
+    return f"{count(len(frf.output), 'FRF')} ({frf.quantity}), {band(frf)}{window}"
 
 
 def band(frf: FrfComparison) -> str:
