@@ -132,7 +132,8 @@ def _beside_formula(felt: tuple[Array, Array], expected: Complex, history: TimeH
         found = f"axes turned by {turned:.0f}° against those of the formula"
         fix = f"add {turned:.0f} to `load_cell_turn_deg`"
         raise InputError(where, found, f"one within {_ASTRAY_DEG:g}°", fix)
-    return f"the load cell feels {abs(along):.3f} times what the formula tells, with axes turned by {turned:.1f}°"
+    gain = f"{abs(along):.3f} times what the formula tells"
+    return f"the load cell feels {gain}, with axes turned by {turned:.1f}°"
 
 
 def _formula(angle: Array, chirp: Chirp, history: TimeHistory) -> Complex:
