@@ -52,6 +52,32 @@ def test_gravity_and_centrifugal_terms(arm: MovingArm, angles: tuple[float, floa
     assert abs(folding[2]) == pytest.approx(abs(printed), rel=1e-6)
 
 
+@pytest.mark.parametrize("angles", [(0.3, 0.4), (-1.2, 0.9), (0.8, -1.7)])
+def test_coriolis_terms_as_printed(arm: MovingArm, angles: tuple[float, float]) -> None:
+    """c_112 and c_113 of the column, c_233 and c_223 of the upper arm; but for signs, which follow the sense
+    in which angles count.
+    """
+    q2, q3 = angles
+    fore = M3 * L2 * L3 * np.cos(q2) * np.sin(q2 + q3)
+    fore += (2 * J3 + 0.5 * M3 * L3**2) * np.cos(q2 + q3) * np.sin(q2 + q3)
+    both = fore + M3 * L2 * L3 * np.sin(q2) * np.cos(q2 + q3)
+    both += (2 * M3 * L2**2 + 0.5 * M2 * L2**2 + 2 * J2) * np.sin(q2) * np.cos(q2)
+    bent = M3 * L2 * L3 * np.sin(q3)
+    position, still = _robot(angles), np.zeros(3)
+
+    def takes(*velocity: float) -> np.ndarray:
+        weight = arm.inverse_dynamics(position, still, still)
+        return arm.inverse_dynamics(position, np.array(velocity), still) - weight
+
+    found = [
+        (takes(1, 1, 0) - takes(1, 0, 0) - takes(0, 1, 0))[0],
+        (takes(1, 0, 1) - takes(1, 0, 0) - takes(0, 0, 1))[0],
+        takes(0, 0, 1)[1],
+        (takes(0, 1, 1) - takes(0, 1, 0) - takes(0, 0, 1))[1],
+    ]
+    np.testing.assert_allclose(np.abs(found), np.abs([both, fore, 0.5 * bent, bent]), rtol=2e-3)
+
+
 def _robot(angles: tuple[float, float]) -> np.ndarray:
     """Joint angles of the robot file."""
     return np.array([0.4, -angles[0], -angles[1]])
