@@ -47,7 +47,7 @@ def report(result: MotionResult) -> Report:
         Section("motion", "Motion", list(_motion(result))),
         Section("circles", "Circular tests", list(_circles(result))),
         Section("closed-loop", "FRFs in the closed loop", list(_frfs(result)), "Closed loop"),
-        Section("errors", "Errors", [*_sorted(tables.rms_tables(result), "rms")]),
+        Section("errors", "Errors", [*_sorted(tables.rms_tables(result), "rms"), *_tracking(result)]),
     ]
     if result.parameters is not None:
         fitted = parameter_table(result.parameters)
@@ -58,6 +58,12 @@ def report(result: MotionResult) -> Report:
 
 def _sorted(found: list[Table], name: str) -> list[Tabular]:
     return [Tabular(one, heading=True, sort=f"{name}-{k}", on=EVERYWHERE) for k, one in enumerate(found)]
+
+
+def _tracking(result: MotionResult) -> Iterator[Part]:
+    table = tables.tracking_table(result)
+    if table is not None:
+        yield from _sorted([table], "tracking")
 
 
 def _frfs(result: MotionResult) -> Iterator[Part]:

@@ -4,7 +4,7 @@ records.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
@@ -97,6 +97,40 @@ def _rows(
         ]
         rows.append((name, "xyz"[joint] if c.unit == "m" else joints[joint], *values))
     return rows
+
+
+def tracking_table(result: MotionResult) -> Table | None:
+    """How far links, or drives where these were not recorded, are off their command (Nagoya, section 5): RMS
+    by record, joint and phase, as recorded and by the model; None where neither was recorded.
+    """
+    phases = list(dict.fromkeys(phase for record in result.records.values() for phase in record.phases))
+    rows = [row for record in result.records.values() for row in _tracking(record, result.joints, phases)]
+    if not rows:
+        return None
+    both = ("measured", "model")
+    heads = [Column(f"{capital(phase)}, {which}", "°", form=digits(4)) for phase in phases for which in both]
+    return Table.of("Tracking error, RMS", [words("Record"), words("Of"), *heads], rows)
+
+
+def _tracking(
+    record: RecordResult, joints: tuple[str, ...], phases: list[str]
+) -> Iterator[tuple[str | float, ...]]:
+    """Rows of a record, of joints that are commanded to move and were recorded."""
+    side = next((one for one in ("link_position", "motor_position") if one in record.comparisons), None)
+    if side is None:
+        return
+    compared, command = record.comparisons[side], record.signals["command_position"].values
+    ends = dict(zip(record.phases, record.phase_s, strict=True))
+    for joint in np.flatnonzero(np.ptp(command, axis=0) > 0):
+        wanted = np.interp(compared.time_s, record.time_s, command[:, joint])
+        off = [np.degrees(own[:, joint] - wanted) for own in (compared.measured, compared.simulated)]
+        cells = []
+        for phase in phases:
+            begin, end = ends.get(phase, (np.inf, -np.inf))
+            inside = (compared.time_s >= begin) & (compared.time_s <= end)
+            cells += [float(np.sqrt(np.mean(one[inside] ** 2))) if inside.any() else np.nan for one in off]
+        if np.isfinite(cells).any():
+            yield (record.name, f"{side.split('_')[0]} of {joints[joint]}", *cells)
 
 
 def circle_tables(result: MotionResult) -> list[Table]:
