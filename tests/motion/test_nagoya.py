@@ -20,6 +20,7 @@ from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.reports.motion.closed_loop import extremes, extremes_table
 from identify.results.motion import ClosedLoopFrfs
+from tests.motion import arms
 from tests.motion.test_published_arms import gaps, truth_of
 
 Array = NDArray[np.float64]
@@ -75,6 +76,28 @@ def test_frfs_of_a_result_agree_and_show_a_wrong_stiffness(tmp_path: Path) -> No
     assert right.acceleration is not None
     ratio = np.abs(right.acceleration / right.acceleration_measured)[:, [0, 1], [0, 1]]
     assert np.median(np.abs(20 * np.log10(ratio))) < 0.3
+
+
+def test_one_body_is_an_inertia_whatever_holds_it(tmp_path: Path) -> None:
+    """Velocity 1/(j omega J) and acceleration 1/J per torque, of an arm and a rotor behind a rigid gear; a
+    record that is too short has none, with a note.
+    """
+    excited = {"joint": 1, "torque_n_m": 40.0, "band_hz": [2.0, 30.0], "period_s": 1.0}
+    records = [
+        {"name": name, "start_deg": [at], "duration_s": length, "excitation": excited}
+        for name, at, length in (("a", 0.0, 4.0), ("b", 10.0, 1.5))
+    ]
+    servo = {**arms.CASCADE, "period_s": 5e-4}
+    result = evaluate_simulation(arms.study(tmp_path, arms.one_link(0.0), servo=servo, records=records))
+    [(name, one)] = result.frfs.items()
+    assert name == "a"
+    assert one.velocity_measured is None
+    assert [note for note in result.notes if "no closed-loop FRFs of b" in note]
+    inertia, f = arms.ABOUT_JOINT + 50.0**2 * 1e-3, one.frequency_hz
+    assert (f[0], f[-1]) == (2.0, 30.0)
+    assert one.acceleration is not None
+    np.testing.assert_allclose(one.velocity[:, 0, 0] * 2j * np.pi * f * inertia, 1, atol=0.06)
+    np.testing.assert_allclose(one.acceleration[:, 0, 0] * inertia, 1, atol=0.06)
 
 
 def test_dip_and_peak_are_those_of_a_closed_form() -> None:
