@@ -25,7 +25,7 @@ def test_tables_of_a_page_are_those_of_its_runs(page: Path) -> None:
 
 
 def test_every_mark_of_a_run_has_its_end() -> None:
-    """Four of the five publications have tables of runs."""
+    """Kawasaki, Kobe, Nagoya and UMONS have tables of runs."""
     for page in PAGES:
         text = page.read_text(encoding="utf-8")
         assert text.count("<!-- run ") == text.count("<!-- end of run -->") == len(BLOCK.findall(text))
