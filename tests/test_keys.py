@@ -398,6 +398,7 @@ MOTION_NOT_VARIED = {
     "records.phases_s": "which samples are judged apart, in the result alone",
     "records.recorded_motion_hz": "needs a recording: tests/motion/test_fed.py",
     "records.use": "which records are fitted: needs a recording",
+    "inverse_dynamics_hz": "needs a recording: tests/motion/test_fed.py",
     "gear": "cubic stiffness, backlash and ripples need an elastic joint: tests/motion/test_gear.py",
     "friction": "tests/motion/test_friction_smoothing.py",
     "bodies": "two keys above, each a number as others are",

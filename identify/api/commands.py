@@ -131,10 +131,17 @@ def excite(
 
 
 def simulate(
-    config: _Path, *, out: _Path | None = None, tables: _Path | None = None, report: bool = False
+    config: _Path,
+    *,
+    out: _Path | None = None,
+    tables: _Path | None = None,
+    values: _Path | None = None,
+    report: bool = False,
 ) -> Result:
-    """Simulate the records of a study of motion; tables: a folder for a CSV of every record."""
-    options = SimulateOptions(out=_path(out), tables=_path(tables), report=report)
+    """Simulate the records of a study of motion; tables: a folder for a CSV of every record; values: the
+    result of a fit, whose numbers are taken in place of start values of the same names.
+    """
+    options = SimulateOptions(out=_path(out), tables=_path(tables), values=_path(values), report=report)
     return _reported(run("simulate", Path(config), options), report)
 
 

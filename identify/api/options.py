@@ -80,6 +80,12 @@ class SimulateOptions:
 
     out: Out = None
     tables: Annotated[Path | None, typer.Option(help="also a CSV of every record into this folder")] = None
+    values: Annotated[
+        Path | None,
+        typer.Option(
+            help="result of a fit: numbers of the same names as found there, not their start values"
+        ),
+    ] = None
     report: Report = True
     quiet: Quiet = False
 

@@ -125,7 +125,7 @@ ANALYSES = (
         },
         runs={
             "fit": Run("identify.motion.run:run_motion_fit", ("seed", "starts"), ("resume",), _BAR),
-            "simulate": Run("identify.motion.run:run_simulation", options=("tables",)),
+            "simulate": Run("identify.motion.run:run_simulation", options=("tables", "values")),
             "discover": Run(
                 "identify.motion.missing.run:run_motion_discover",
                 ("starts",),

@@ -29,6 +29,8 @@ from identify.measured.time_history import TimeHistory
 
 _LAG = (1.0 + 0.0j, 0.0 - 1.0j)
 """Phasors of F_x and F_y."""
+_ASTRAY_DEG = 45.0
+"""Half a right angle: cells are mounted along or across."""
 
 
 class Chirp(BaseModel):
@@ -47,6 +49,12 @@ class Chirp(BaseModel):
     blend_hz: float = Field(24.0, gt=0, description="where the load cell takes over")
     load_cell: tuple[str, str] | None = Field(
         None, description="its channels along F_x and F_y: the force that the robot feels"
+    )
+    load_cell_turn_deg: float = Field(
+        0.0,
+        description="how far the cell's axes are turned about the spindle's from those of F_x to those of"
+        " F_y;"
+        " 180 where it tells the opposite force; a channel such as 13:-Y is the negative of 13:+Y",
     )
     spindle_kg: float = Field(0.0, ge=0, description="what hangs beyond the load cell: spindle, holder, tool")
     accelerometer: tuple[str, str] | None = Field(
@@ -69,9 +77,11 @@ def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
     """
     angle = history.data[:, :, _signal(history, chirp.angle, "rad")]
     frequency_hz = np.fft.rfftfreq(history.data.shape[1], 1 / history.sample_rate_hz)[1:]
-    force = _formula(angle, chirp, history)
+    force, notes = _formula(angle, chirp, history), list[str]()
     if chirp.force != "formula":
-        measured = _measured(history, chirp)
+        felt, inertia = _felt(history, chirp), _inertia(history, chirp)
+        notes.append(_beside_formula(felt, force - _turning(*inertia), history))
+        measured = _turning(*(f + a for f, a in zip(felt, inertia, strict=True)))
         force = (
             measured
             if chirp.force == "load-cell"
@@ -100,7 +110,30 @@ def frf_from_chirp(history: TimeHistory, chirp: Chirp) -> FrfSet:
         simultaneous_inputs=_LAG,
         source=history.source,
         sha256=history.sha256,
+        notes=tuple(notes),
     )
+
+
+def _beside_formula(felt: tuple[Array, Array], expected: Complex, history: TimeHistory) -> str:
+    """Gain and turn of the load cell's force along x and y (blocks, samples) beside what the formula leaves
+    for it to feel (blocks, lines), as a sentence; InputError where it is turned by more than half a right
+    angle, or mirrored: then frame or sign are not as stated.
+    """
+    along, against = (
+        complex(np.sum(part * expected.conj()) / np.sum(np.abs(expected) ** 2))
+        for part in (_turning(*felt), _turning(felt[0], -felt[1]))
+    )
+    where = f"{history.source or 'time history'}, estimate.chirp.load_cell"
+    if abs(against) > abs(along):
+        fix = "turn the sign of one of its channels, such as 13:-Y, or exchange them"
+        raise InputError(where, "a force that turns against the offset mass", "one that turns with it", fix)
+    turned = -float(np.degrees(np.angle(along)))
+    if abs(turned) > _ASTRAY_DEG:
+        found = f"axes turned by {turned:.0f}° against those of the formula"
+        fix = f"add {turned:.0f} to `load_cell_turn_deg`"
+        raise InputError(where, found, f"one within {_ASTRAY_DEG:g}°", fix)
+    gain = f"{abs(along):.3f} times what the formula tells"
+    return f"the load cell feels {gain}, with axes turned by {turned:.1f}°"
 
 
 def _formula(angle: Array, chirp: Chirp, history: TimeHistory) -> Complex:
@@ -116,13 +149,29 @@ def _formula(angle: Array, chirp: Chirp, history: TimeHistory) -> Complex:
     return _turning(size * np.sin(angle), size * np.sin(angle - np.pi / 2))
 
 
-def _measured(history: TimeHistory, chirp: Chirp) -> Complex:
-    """A (blocks, lines) by Eq. 9: what the robot feels and what accelerates the spindle with it."""
-    assert chirp.load_cell is not None and chirp.accelerometer is not None  # the settings have checked it
-    felt = [history.data[:, :, _signal(history, channel, "N")] for channel in chirp.load_cell]
-    moves = [history.data[:, :, _signal(history, channel, "m/s^2")] for channel in chirp.accelerometer]
-    along_x, along_y = (f + chirp.spindle_kg * a for f, a in zip(felt, moves, strict=True))
-    return _turning(along_x, along_y)
+def _felt(history: TimeHistory, chirp: Chirp) -> tuple[Array, Array]:
+    """What the load cell feels along F_x and F_y, (blocks, samples), N."""
+    assert chirp.load_cell is not None  # the settings have checked it
+    turn = np.radians(chirp.load_cell_turn_deg)
+    first, second = (_signed(history, channel, "N") for channel in chirp.load_cell)
+    return np.cos(turn) * first - np.sin(turn) * second, np.sin(turn) * first + np.cos(turn) * second
+
+
+def _inertia(history: TimeHistory, chirp: Chirp) -> tuple[Array, Array]:
+    """What accelerates the spindle with the robot along F_x and F_y, (blocks, samples), N (Eq. 9)."""
+    assert chirp.accelerometer is not None  # the settings have checked it
+    along_x, along_y = (_signed(history, channel, "m/s^2") for channel in chirp.accelerometer)
+    return chirp.spindle_kg * along_x, chirp.spindle_kg * along_y
+
+
+def _signed(history: TimeHistory, text: str, unit: str) -> Array:
+    """A signal (blocks, samples), or the negative of the one of the opposite direction."""
+    channel = Channel.parse(text, "estimate.chirp")
+    told = zip(history.channels, history.units, strict=True)
+    if (channel, unit) in told:
+        return np.asarray(history.data[:, :, _signal(history, text, unit)])
+    opposite = str(Channel(channel.node, -channel.direction))
+    return np.asarray(-history.data[:, :, _signal(history, opposite, unit)])
 
 
 def _turning(along_x: Array, along_y: Array) -> Complex:

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import isclose
-from typing import TypeVar
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
 from identify.core.arrays import Array, Complex
 from identify.core.asked import key
@@ -33,6 +33,23 @@ TEXT = ("columns", "names", "frequency_start_hz", "frequency_step_hz")
 """Options of files that do not say themselves what is in them."""
 
 
+class WindowEnd(BaseModel):
+    """An exponential window as analysers state it: what it leaves at the end of the records."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    percent: float = Field(gt=0, lt=100, description="of what stands at the beginning")
+    at_s: float = Field(gt=0, description="length of the records, s")
+
+    @property
+    def decay_per_s(self) -> float:
+        """sigma of exp(-sigma t)."""
+        return float(-np.log(self.percent / 100) / self.at_s)
+
+
+def _decay(data: Any) -> Any:
+    return WindowEnd.model_validate(data).decay_per_s if isinstance(data, dict) else data
+
+
 class FrfFileOptions(BaseModel):
     """What the user says about an FRF file; None or empty means: as the file says."""
 
@@ -46,8 +63,12 @@ class FrfFileOptions(BaseModel):
         None, description="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say"
     )
     averages: int | None = Field(None, ge=1, description="averages behind each FRF and coherence")
-    window_decay_per_s: float | None = Field(
-        None, ge=0, description="decay sigma of exp(-sigma t) put on force and response"
+    window_decay_per_s: Annotated[float | None, BeforeValidator(_decay)] = Field(
+        None,
+        ge=0,
+        description="decay sigma of exp(-sigma t) put on force and response; or {percent: 1, at_s: 2}: what"
+        " the"
+        " window leaves at the end of records of that length",
     )
     record_s: float | None = Field(
         None,

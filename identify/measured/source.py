@@ -17,6 +17,7 @@ from identify.measured.estimators import Method, frf_from_impacts, frf_from_rand
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.held import unheld
+from identify.measured.hits import Hits, beside, cut
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import in_blocks, read_log
@@ -44,6 +45,9 @@ class Estimation(BaseModel):
     force_window_s: float | None = Field(
         None, gt=0, description="impacts: the force is zero behind this time"
     )
+    hits: Hits | None = Field(
+        None, description="impacts: how one long record is cut; default: a block per hit in the file"
+    )
     segment_s: float = Field(2.0, gt=0, description="random: length of the segments, s")
     overlap: float = Field(0.5, ge=0, lt=1, description="random: share by which segments overlap")
     order: int = Field(2, ge=1, le=6, description="broadband: order of the local polynomials")
@@ -58,7 +62,8 @@ class Estimation(BaseModel):
     signals: dict[str, str] | None = Field(
         None,
         min_length=1,
-        description="broadband: where the signals of a log stand: {'joint2:motor [N m]': name}; names as in"
+        description="broadband, impacts with `hits`: where the signals of a log stand: {'joint2:motor [N"
+        " m]': name}; names as in"
         " records of motion, with [:,1] for a column; `time_s` for the times",
     )
     sample_rate_hz: float | None = Field(
@@ -83,7 +88,7 @@ class Estimation(BaseModel):
     def _of_its_excitation(self) -> Estimation:
         """Keys of another excitation, which would do nothing, are refused."""
         own = {
-            "impacts": {"method", "force_window_s"},
+            "impacts": {"method", "force_window_s", "hits", "signals", "sample_rate_hz"},
             "random": {"method", "segment_s", "overlap"},
             "broadband": {"order", "held", "period_s", "signals", "sample_rate_hz"},
             "chirp": {"chirp"},
@@ -93,6 +98,8 @@ class Estimation(BaseModel):
             raise ValueError(f"`{idle[0]}` has no meaning with `excitation: {self.excitation}`: leave it out")
         if self.period_s is not None and "order" in self.model_fields_set:
             raise ValueError("`order` has no meaning with `period_s`: leave it out")
+        if self.excitation == "impacts" and self.signals is not None and self.hits is None:
+            raise ValueError("`signals` of impacts are those of one long record: say by `hits` how it is cut")
         if self.sample_rate_hz is not None and self.signals is None:
             raise ValueError("`sample_rate_hz` has no meaning without `signals`: leave it out")
         return self
@@ -126,9 +133,10 @@ def _read_one(path: Path | Sequence[Path], options: FrfFileOptions, estimation: 
         return frf_from_chirp(history, estimation.chirp)
     if estimation.excitation == "random":
         return frf_from_random(history, estimation.segment_s, estimation.overlap, estimation.method)
-    return frf_from_impacts(
-        history, estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0
-    )
+    told = estimation.method, estimation.force_window_s, options.window_decay_per_s or 0.0
+    if estimation.hits is None:
+        return frf_from_impacts(history, *told)
+    return beside([frf_from_impacts(one, *told) for one in cut(history, estimation.hits)])
 
 
 def _single(path: Path | Sequence[Path]) -> Path:

@@ -13,6 +13,8 @@ from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.measured.quality_robot import robot_notes
+from identify.motion.closed_loop import closed_loops
+from identify.motion.glitches import glitches
 from identify.motion.judging import judge
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import TOOL, PreparedRecord
@@ -44,7 +46,7 @@ def evaluate_simulation(problem: MotionProblem) -> results.MotionResult:
     began = time.perf_counter()
     motion = problem.run(problem.initial[None], problem.records)
     seconds = time.perf_counter() - began
-    records = _records(problem, motion, None)
+    records = _records(problem, problem.initial, motion, None)
     return _result(problem, records, seconds, None, None)
 
 
@@ -57,13 +59,13 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     first = started, started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
     if not len(scale.free):
-        return _result(problem, _records(problem, motion, first), seconds, found, None)
+        return _result(problem, _records(problem, found.fit.values, motion, first), seconds, found, None)
     fitted = [record for record in problem.records if record.settings.use == "fit"]
     objective = TrajectoryObjective(problem, fitted, problem.file.study.noise)
     seen = objective.residuals(found.fit.values, scale.free)
     trusted = trajectory_trust(objective, scale, found.fit.values, seen)
     step = step_error(objective, scale, found.fit.values, seen, trusted)
-    result = _result(problem, _records(problem, motion, first), seconds, found, trusted)
+    result = _result(problem, _records(problem, found.fit.values, motion, first), seconds, found, trusted)
     if step.good:
         return replace(result, verdict=(*result.verdict, f"{step.sentence().capitalize()}."))
     return replace(result, notes=(*result.notes, step.sentence()))
@@ -98,6 +100,7 @@ def _result(
     scale = Scale(problem.parameters)
     runs = sum(record.time_s[-1] for record in records.values())
     gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
+    frfs, without = closed_loops(problem.robot, [r.settings for r in problem.records], records)
     p = None
     if found is not None and trusted is not None:
         p = parameter_table(problem.parameters, found.fit.values, trusted, scale)
@@ -109,6 +112,12 @@ def _result(
         notes=(
             *robot_notes(problem.robot),
             *_notes(records),
+            *without,
+            *(
+                r.registration.sentence(r.settings.name)
+                for r in problem.records
+                if r.registration is not None
+            ),
             *([] if found is None else found.fit.end_note),
             *rivals_said(found),
         ),
@@ -129,6 +138,7 @@ def _result(
         records=records,
         provenance=provenance_of_motion(problem),
         free=sum(parameter.free for parameter in problem.parameters),
+        frfs=frfs,
     )
 
 
@@ -141,10 +151,36 @@ def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
 
 
 def _records(
-    problem: MotionProblem, motion: SimulatedMotion, first: Begun | None
+    problem: MotionProblem, values: Array, motion: SimulatedMotion, first: Begun | None
 ) -> dict[str, results.RecordResult]:
     rows = enumerate(problem.records)
-    return {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
+    found = {record.settings.name: _record(problem, record, number, motion, first) for number, record in rows}
+    for record in problem.records:
+        name = record.settings.name
+        if record.settings.path is not None and record.settings.path.glitches:
+            found[name] = replace(found[name], glitches=glitches(problem, values, record))
+    for name, fed in _fed(problem, values, first).items():
+        found[name] = replace(found[name], fed=fed)
+    return found
+
+
+def _fed(
+    problem: MotionProblem, values: Array, first: Begun | None
+) -> dict[str, dict[str, results.TrajectoryComparison]]:
+    """By record, torques and currents that its recorded motion takes."""
+    hz = problem.file.study.inverse_dynamics_hz
+    if hz is None:
+        return {}
+    period = problem.file.study.servo.period_s
+    records = [
+        one for one in (record.fed_in(hz, period) for record in problem.records) if one.recorded and one.fed
+    ]
+    motion = problem.run(values[None], records)
+    begun = None if first is None else (first[0], first[0].run(first[0].initial[None], records))
+    return {
+        one.settings.name: _comparisons(problem, one, number, motion, begun, len(records))
+        for number, one in enumerate(records)
+    }
 
 
 def _record(
@@ -158,7 +194,7 @@ def _record(
     begun = None if first is None else (first[0], first[1].coordinates[number, :ticks])
     signals = {name: values[number, :ticks] for name, values in all_signals(problem, motion).items()}
     commanded = {"command_position": record.command.position, "command_velocity": record.command.velocity}
-    comparisons = _comparisons(problem, record, number, motion, first)
+    comparisons = _comparisons(problem, record, number, motion, first, len(problem.records))
     noise = problem.file.study.noise
     every = [c.rms[0] ** 2 / np.square(noise[q]) for q, c in comparisons.items() if q in noise]
     gaps = np.concatenate([one[~np.isnan(one)] for one in every]) if every else np.zeros(0)
@@ -209,10 +245,12 @@ def _comparisons(
     number: int,
     motion: SimulatedMotion,
     first: Begun | None,
+    count: int,
 ) -> dict[str, results.TrajectoryComparison]:
+    """Of the number-th of `count` records that moved together."""
     if record.measured is None:
         return {}
-    count, noise, phases = len(problem.records), problem.file.study.noise, record.settings.phases_s
+    noise, phases = problem.file.study.noise, record.settings.phases_s
     now = simulated(problem, motion, record, number, count)
     before = simulated(*first, record, number, count) if first is not None else {}
     found = {}

@@ -51,6 +51,11 @@ class Circle(Settings):
     start_s: float = Field(0.0, ge=0, description="when it begins")
     acceleration_mm_s2: float = Field(1000.0, gt=0, description="largest acceleration along the circle")
     smoothing_s: float = Field(0.02, ge=0, description="time over which that builds up")
+    glitches: bool = Field(
+        False,
+        description="also report which joint's turning round makes which glitch, by models without the"
+        " friction of each",
+    )
 
     @property
     def sweep(self) -> Move:

@@ -312,10 +312,13 @@ def sections_of(file: MotionFile) -> dict[str, BaseModel]:
 
 def _check_fed(file: MotionFile, arm: MovingArm) -> None:
     """Raise an InputError where motion is fed into an arm that is not rigid."""
-    led = [record.name for record in file.study.records if record.recorded_motion_hz is not None]
+    led = [
+        f"record {r.name}: recorded_motion_hz" for r in file.study.records if r.recorded_motion_hz is not None
+    ]
+    led += ["inverse_dynamics_hz"] if file.study.inverse_dynamics_hz is not None else []
     if led and len(arm.elastic):
-        found = f"recorded_motion_hz, and {arm.names[arm.elastic[0]]} is elastic"
-        raise InputError(f"record {led[0]}", found, "a rigid arm, whose drives say where all of it is")
+        found = f"{arm.names[arm.elastic[0]]} is elastic"
+        raise InputError(led[0], found, "a rigid arm, whose drives say where all of it is")
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:

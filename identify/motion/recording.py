@@ -4,7 +4,7 @@ what was recorded of it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +18,13 @@ from identify.motion.command import Command, Move, moves_command, tabulated
 from identify.motion.fed import FedMotion, fed_motion
 from identify.motion.path import joint_path
 from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
+from identify.motion.tracker import Registration, registered
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm
 
 TOOL = "tool_position"
+_CLOCK_S = 0.5
+"""How far the clock of a tracker may be off: more than a hand needs to start both."""
 _BEGINS = np.radians(0.5)
 """How far from `start_deg`, which is typed, a recorded command may begin."""
 
@@ -30,7 +33,8 @@ _BEGINS = np.radians(0.5)
 class PreparedRecord:
     """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this
     takes at the gear output without rotors, and what was measured, if anything; tool (samples, 3), m: where
-    the tool was seen; fed: the recorded motion, where that moves the drives.
+    the tool was seen; fed: the recorded motion, where that moves the drives; registration: of the tracker,
+    where it has a frame of its own.
     """
 
     settings: RecordSettings
@@ -39,6 +43,7 @@ class PreparedRecord:
     measured: MotionRecord | None
     tool: Array | None = None
     fed: FedMotion | None = None
+    registration: Registration | None = None
 
     @property
     def recorded(self) -> dict[str, Array]:
@@ -51,6 +56,14 @@ class PreparedRecord:
             told = ("motor_torque", "motor_current")
             return {q: signal for q, signal in self.measured.signals.items() if q in told}
         return {**self.measured.signals, **({} if self.tool is None else {TOOL: self.tool})}
+
+    def fed_in(self, lowpass_hz: float, period_s: float) -> PreparedRecord:
+        """The same with its recorded motion fed into the model; as it is, where no motor was recorded."""
+        read, settings = self.measured, self.settings
+        if self.fed is not None or read is None or "motor_position" not in read.signals:
+            return self
+        time, where = period_s * np.arange(len(self.command.position), dtype=float), f"record {settings.name}"
+        return replace(self, fed=fed_motion(read, lowpass_hz, np.radians(settings.start_deg), time, where))
 
 
 def check_record(record: RecordSettings, robot: Robot, where: str) -> None:
@@ -105,11 +118,28 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
             f"no more than duration_s of {settings.duration_s:g}",
         )
     seen = _seen(path, measured.tool, len(read.time_s))
-    fed = None
-    if settings.recorded_motion_hz is not None:
-        where = f"record {settings.name}"
-        fed = fed_motion(read, settings.recorded_motion_hz, np.radians(settings.start_deg), time, where)
-    return PreparedRecord(settings, command, _torque(rigid, command), read, seen, fed)
+    laid = None
+    if measured.tool is not None and measured.tool.frame == "own" and seen is not None:
+        laid = registered(seen, read.time_s, _driven(file, rigid, command, time, read), _CLOCK_S)
+        seen = laid.places
+    record = PreparedRecord(settings, command, _torque(rigid, command), read, seen, registration=laid)
+    if settings.recorded_motion_hz is None:
+        return record
+    read.signal("motor_position")
+    return record.fed_in(settings.recorded_motion_hz, file.study.servo.period_s)
+
+
+def _driven(file: MotionFile, rigid: MovingArm, command: Command, time: Array, read: MotionRecord) -> Array:
+    """Where the drives say that the tool was at the samples of a record, (samples, 3), m: as recorded, or,
+    for joints of which nothing was, as commanded.
+    """
+    tool = file.study.tool
+    if tool is None:
+        raise InputError("tool", "missing, and a tracker saw it", "the point of the robot that it saw")
+    wanted = np.stack([np.interp(read.time_s, time, column) for column in command.position.T], axis=1)
+    angles = read.signals.get("motor_position", wanted)
+    angles = np.where(np.isnan(angles), wanted, angles)
+    return rigid.frame_position(angles, tool.link, np.array(tool.at_m))
 
 
 def _torque(rigid: MovingArm, command: Command) -> Array:

@@ -11,12 +11,14 @@ from typing import Any
 import numpy as np
 
 from identify.core.atomic import check_writable, write_atomically
+from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.fitting.fit import Progress
 from identify.fitting.resume import held, override, resumable, run_key
+from identify.motion.changed import resolved, with_numbers
 from identify.motion.evaluate import evaluate_fit, evaluate_simulation, provenance_of_motion
-from identify.motion.problem import load_motion
+from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import fit_motion
 from identify.results import file as result_file
@@ -28,21 +30,41 @@ _NOT_IN_NAMES = r'[/\\:*?"<>|\x00-\x1f]'
 
 
 def run_simulation(
-    config: Path, out: Path | None, tables: Path | None = None
+    config: Path, out: Path | None, tables: Path | None = None, values: Path | None = None
 ) -> tuple[MotionResult, list[Path]]:
     """Simulate every record of a study of motion; the result and the files written: HDF5, and a CSV per
     record in the folder `tables`.
+
+    values: the result of a fit, whose numbers are taken in place of start values of the same names.
     """
     file = read_motion_study(config)
     path = out or Path("reports") / f"{file.study.name}.h5"
     with one_thread():
         problem = load_motion(file)
+        if values is not None:
+            problem = _as_found(problem, values)
         if tables is not None:
             check_writable(tables / "table.csv", _OTHER_TABLES)
         with held(path):
             result = evaluate_simulation(problem)
             result_file.write(result, path)
     return result, [path, *write_tables(result, tables)]
+
+
+def _as_found(problem: MotionProblem, values: Path) -> MotionProblem:
+    """The same with the numbers of a fitted result; InputError where it has none of the problem's."""
+    result = result_file.read(values, MotionResult)
+    p = result.parameters
+    known = {} if p is None else dict(zip(p.name, map(float, p.value), strict=True))
+    names = {parameter.name for parameter in problem.parameters}
+    if not names & set(known):
+        raise InputError(
+            f"{values}, --values",
+            "no number that this study searches for",
+            f"the result of a fit of some of {', '.join(sorted(names)) or 'none: it has no bounds'}",
+        )
+    started = with_numbers(problem, {}, {name: known[name] for name in names & set(known)})
+    return resolved(started)
 
 
 def run_motion_fit(

@@ -72,8 +72,13 @@ class MeasuredMotion(Settings):
 class TrackerSettings(Settings):
     """Where the measured places of the tool stand."""
 
-    at: tuple[str, str, str] = Field(description="names of its x, y and z in the axes of the robot's base")
+    at: tuple[str, str, str] = Field(description="names of its x, y and z")
     unit: Literal["m", "mm"] = Field("m", description="unit of the places")
+    frame: Literal["base", "own"] = Field(
+        "base",
+        description="own: the tracker's own axes and clock, which are laid on where the drives say that the"
+        " tool was, by a rigid motion and an offset in time of at most half a second",
+    )
 
 
 class RecordSettings(Settings):
@@ -168,6 +173,12 @@ class MotionStudy(Settings):
     friction: FrictionSettings = Field(FrictionSettings(), description="friction of all drives")
     bodies: Bodies = Field(Bodies(), description="how far the links' bodies are off their description")
     balancer: Balancer = Field(Balancer(), description="gravity balancers beside joints")
+    inverse_dynamics_hz: float | None = Field(
+        None,
+        gt=0,
+        description="also report which torques and currents the recorded motor_position takes by inverse"
+        " dynamics, with speeds and accelerations up to this frequency (rigid arms); default: not",
+    )
     encoder_counts: list[int] | None = Field(
         None, description="counts per turn of each motor; default: continuous"
     )

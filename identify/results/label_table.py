@@ -226,6 +226,14 @@ ARRAYS: dict[str, dict[str, str]] = {
         "free_number free_again": "correlation",
         "progress progress_column": "history=see~documentation",
     },
+    "Glitches": {"glitch": "joint angle=rad feedback=m end=m"},
+    "ClosedLoopFrfs": {
+        "joints": "start_deg",
+        "excited": "joint",
+        "frequency_hz": "frequency_hz",
+        "frequency_hz output input": "velocity=rad/s/(N~m) acceleration=rad/s^2/(N~m)"
+        " velocity_measured=rad/s/(N~m) acceleration_measured=rad/s^2/(N~m)",
+    },
     "CircularTest": {"plane": "centre=m", "angle": "angle=rad error=m", "": "radius=m"},
     # identify.results.explain
     "EffectTable": {

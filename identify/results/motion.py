@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from identify.core.arrays import Array, Texts
+from identify.core.arrays import Array, Complex, Index, Texts
 from identify.results.circular import CircularTest
 from identify.results.header import KeyedHeader
 from identify.results.tables import ParameterTable, StartTable
@@ -43,13 +43,42 @@ class TrajectoryComparison:
 
 
 @dataclass(frozen=True)
+class Glitches:
+    """What the friction of single joints adds to the radial error of a circle behind each of their reversals
+    (g,): number of the joint, from 1; angle about the centre, rad, at which it turns round; of the feedback
+    and of the end the largest difference, m, that its friction makes there, outwards positive.
+    """
+
+    joint: Index
+    angle: Array
+    feedback: Array
+    end: Array
+
+
+@dataclass(frozen=True)
+class ClosedLoopFrfs:
+    """FRFs of joints in their closed loop in a posture, per torque of a motor at the gear output: velocity of
+    motors, rad/s/(N m), and acceleration of links, rad/s^2/(N m), (lines, output, input), simulated and
+    measured; joint: numbers of outputs and inputs, from 1.
+    """
+
+    start_deg: Array
+    joint: Index
+    frequency_hz: Array
+    velocity: Complex
+    acceleration: Complex | None
+    velocity_measured: Complex | None
+    acceleration_measured: Complex | None
+
+
+@dataclass(frozen=True)
 class RecordResult:
     """One motion: signals by quantity at the controller's ticks, and what was recorded beside them; gap: RMS
     over noise, NaN without.
 
     phases: names, the first of them the whole record; phase_s (phases, 2). paths: of a tool that is led, its
     places (samples, 3) at the ticks by what they are (command, feedback, end); circles: the circular test of
-    each.
+    each. fed: torques and currents that the recorded motion takes by inverse dynamics, beside those recorded.
     """
 
     name: str
@@ -65,6 +94,8 @@ class RecordResult:
     gap: float
     paths: dict[str, Trace] | None = None
     circles: dict[str, CircularTest] | None = None
+    glitches: Glitches | None = None
+    fed: dict[str, TrajectoryComparison] | None = None
 
 
 @dataclass(frozen=True)
@@ -83,12 +114,13 @@ class TrialTable:
 
 @dataclass(frozen=True, kw_only=True)
 class MotionResult(KeyedHeader):
-    """A whole run.  effects: sentences on what the model has; parameters, starts, trials: None where nothing
+    """A whole run. effects: sentences on what the model has; parameters, starts, trials: None where nothing
     was fitted.
 
     realtime_factor: seconds of motion per second of computing, all records side by side; free: how many
     numbers a fit of the study finds; study: the text of the better study that a search for missing effects
-    ends with, empty where there is none; searched: whether this is such a search.
+    ends with, empty where there is none; searched: whether this is such a search; frfs: of excited records,
+    by the names of those that they come from.
     """
 
     KIND: ClassVar[str] = "motion"
@@ -110,3 +142,4 @@ class MotionResult(KeyedHeader):
     free: int = 0
     study: str = ""
     searched: bool = False
+    frfs: dict[str, ClosedLoopFrfs] = field(default_factory=dict)

@@ -16,7 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import scipy
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
@@ -25,7 +24,6 @@ from threadpoolctl import threadpool_limits
 from identify.fitting.fit import fit
 from identify.fitting.plan import StageSettings
 from identify.motion.changed import with_numbers
-from identify.motion.motor import DcMotor
 from identify.motion.plan import motion_plan
 from identify.motion.problem import load_motion
 from identify.motion.run import run_motion_fit
@@ -34,7 +32,6 @@ from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
 from identify.results import file as result_file
 from identify.results.motion import MotionResult
-from identify.robot.inverse_dynamics import RigidArm
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
@@ -162,9 +159,9 @@ def bees() -> None:
         )
 
 
-def published() -> MotionResult:
+def published() -> None:
     """The paper's model, PD control and viscous friction and nothing else, fitted on position 1: by the bee
-    colony alone, joint by joint, and then on by Gauss-Newton, whose result it is.
+    colony alone, joint by joint, and then on by Gauss-Newton.
     """
     text = CONFIG.read_text().replace("../data", str(ROOT / "data"))
     head, rest = text.split("candidates:\n", 1)
@@ -172,7 +169,6 @@ def published() -> MotionResult:
     descent = rest[rest.index("  - {kind: gauss-newton") : rest.index("records:")]
     records = rest[rest.index("records:") :]
     with tempfile.TemporaryDirectory() as folder:
-        found = None
         for label, chosen in (("bees alone", stages), ("bees, then Gauss-Newton", stages + descent)):
             path = Path(folder) / "pd.yaml"
             path.write_text(head + chosen + records)
@@ -183,50 +179,6 @@ def published() -> MotionResult:
             spent = time.process_time() - began
             print(f"{label}: gap {found.gap:.2f}, {found.gap_validation:.2f}; {spent:.0f} s")
             print(", ".join(f"{name} {value:.5g}" for name, value in values))
-    assert found is not None
-    return found
-
-
-def fed_in(result: MotionResult) -> dict[tuple[str, int], tuple[float, float]]:
-    """RMS of the current, slow and fast, where the recorded motion is fed into the model, as in the paper:
-    torque of the links by the engine, rotor and friction with the numbers that were fitted, over k_m.
-
-    Accelerations are those of the recorded velocity behind a low-pass of 20 Hz.
-    """
-    problem = load_motion(read_motion_study(CONFIG))
-    assert result.parameters is not None
-    values = dict(zip(result.parameters.name, result.parameters.value.tolist(), strict=True))
-    motor, found = problem.file.study.motor, {}
-    assert isinstance(motor, DcMotor)
-    number = {
-        key: np.array([values.get(f"joint{n}.{key}", 0.0) for n in (1, 2, 3)])
-        for key in ("gear.ratio", "motor.viscous", "friction.coulomb")
-    }
-    for record in problem.records:
-        assert record.measured is not None
-        signals, time_s = record.measured.signals, record.measured.time_s
-        velocity = signals["motor_velocity"]
-        sections = scipy.signal.butter(4, 20.0, fs=1 / float(time_s[1]), output="sos")
-        acceleration = np.gradient(scipy.signal.sosfiltfilt(sections, velocity, axis=0), time_s, axis=0)
-        ratio = number["gear.ratio"]
-        torque = RigidArm(problem.robot, signals["motor_position"], velocity, acceleration).torque / ratio
-        torque += ratio * (0.0012 * acceleration + number["motor.viscous"] * velocity)
-        torque += number["friction.coulomb"] / ratio * np.sign(velocity) * (np.abs(velocity) > 0.01)
-        off = torque / 0.97 - signals["motor_current"]
-        for name, joint in PAPER:
-            if name == record.settings.name:
-                halves = [off[(time_s >= a) & (time_s < b), joint - 1] for a, b in ((0, 3.6), (3.6, 5.1))]
-                found[name, joint] = tuple(float(np.sqrt(np.mean(half**2))) for half in halves)
-    return found
-
-
-def print_published(paper_s: MotionResult, better: MotionResult) -> None:
-    """Table 3 for the model as published and for the better one."""
-    ours, best, fed, fed_better = table(paper_s), table(better), fed_in(paper_s), fed_in(better)
-    for key, paper in PAPER.items():
-        cells = [f"{a:.2g} / {b:.2g} ({c:g})" for a, b, c in zip(ours[key], best[key], paper, strict=True)]
-        with_motion = [f"{a:.2g} / {b:.2g}" for a, b in zip(fed[key], fed_better[key], strict=True)]
-        print(f"| {key[0].replace('_', ' ')}, {key[1]} | {' | '.join([*cells, *with_motion])} |")
 
 
 def main() -> None:
@@ -239,7 +191,7 @@ def main() -> None:
             result, _ = run_motion_fit(CONFIG, Path("kawasaki_rs010l.h5"), {})
             print(f"fit: {time.process_time() - began:.0f} s of one processor")
         report(result)
-        print_published(published(), result)
+        published()
         draw(result, ROOT / "docs/kawasaki_rms.png")
         bees()
 

@@ -21,8 +21,6 @@ from identify.reports.motion.circle_figure import circles
 from identify.results.circular import CircularTest
 
 ROOT = Path(__file__).parents[2]
-BEHIND_DEG = 30.0
-"""Of the circle, behind a reversal, where its glitch is looked for."""
 VARIANTS: dict[str, dict[str, Any]] = {
     "as it is": {},
     "half the step": {"step_s": 2.5e-4 / 12},
@@ -80,38 +78,6 @@ def _waves(test: CircularTest) -> float:
     return float(np.sqrt(np.mean(rest**2)))
 
 
-def glitches(file: MotionFile, whole: dict[str, CircularTest]) -> None:
-    """Which joint's turning round makes which glitch: what its own friction adds to the radial error behind
-    each of its reversals, by the study with that friction and without.
-    """
-    problem = load_motion(file)
-    command, circle = problem.records[0].command, problem.records[0].settings.path
-    assert circle is not None
-    turn = circle.judged(file.study.servo.period_s * np.arange(len(command.position), dtype=float))
-    angle = np.degrees(whole["feedback"].angle) % 360
-    given = file.study.friction.model_dump(exclude_defaults=True)
-    friction = {key: number["initial"] for key, number in given.items()}
-    print("| joint | turns round at | quadrant | glitch of the feedback, µm | of the end, µm |")
-    for joint in range(6):
-        without = {
-            key: [0.0 if n == joint else value for n, value in enumerate(values)]
-            for key, values in friction.items()
-        }
-        less = run(f"without friction of joint {joint + 1}", changed(file, {"friction": without}))
-        velocity = command.velocity[turn][:, joint]
-        for at in np.flatnonzero(np.sign(velocity[1:]) != np.sign(velocity[:-1])):
-            behind = (angle - angle[at]) % 360 < BEHIND_DEG
-            sizes = []
-            for path in ("feedback", "end"):
-                added = (whole[path].error - less[path].error)[behind]
-                sizes.append(1e6 * float(added[np.argmax(np.abs(added))]))
-            print(
-                f"| {joint + 1} | {angle[at]:.0f}° | {int(angle[at] // 90) + 1} |"
-                f" {sizes[0]:.0f} | {sizes[1]:.0f} |",
-                flush=True,
-            )
-
-
 def main() -> None:
     """All variants; the figure of the first."""
     file = read_motion_study(ROOT / "configs/kobe_circle.yaml")
@@ -119,8 +85,6 @@ def main() -> None:
         found = {name: run(name, changed(file, keys)) for name, keys in VARIANTS.items()}
     change = found["as it is"]["end"].error - found["half the step"]["end"].error
     print(f"half the step changes the radial error of the end by {1e6 * np.abs(change).max():.2f} µm at most")
-    with threadpool_limits(1):
-        glitches(file, found["as it is"])
     with style():
         circles(found["as it is"]).savefig(ROOT / "docs/kobe_circle.png", dpi=140)
 

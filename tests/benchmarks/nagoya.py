@@ -1,8 +1,8 @@
-"""The Nagoya study beside the paper: identified numbers, FRFs in three postures, six controllers; tables
-and figures of its page.
+"""The Nagoya study beside the paper: identified numbers against the truth, six controllers; figures of its
+page.
 
-identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5
-writes docs/nagoya_frf.png and docs/nagoya_control.png
+identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5 writes
+docs/nagoya_frf.png and docs/nagoya_control.png
 """
 
 from __future__ import annotations
@@ -101,24 +101,6 @@ def frfs(records: dict[str, Seen], posture: str, which: str) -> tuple[Array, Com
     return f[band], (jw * found[0][1])[band], (jw**2 * found[1][1])[band]
 
 
-def extremes(f: Array, h: Complex) -> tuple[float, float]:
-    """Hz of the deepest dip and of the highest peak of gain times frequency between 5 and 40 Hz, by parabolas
-    through dB.
-    """
-    inside = (f > 5) & (f < 40)
-    gain = 20 * np.log10(np.abs(h) * f)
-    low, high = (
-        int(np.argmin(np.where(inside, gain, np.inf))),
-        int(np.argmax(np.where(inside, gain, -np.inf))),
-    )
-    return _vertex(f, gain, low), _vertex(f, gain, high)
-
-
-def _vertex(f: Array, gain: Array, at: int) -> float:
-    before, here, after = gain[at - 1 : at + 2]
-    return float(f[at] + (f[1] - f[0]) * (before - after) / 2 / (before - 2 * here + after))
-
-
 def control_text(text: str, control: str, gain: int) -> str:
     """The study of the control records with another controller."""
     if control not in ("notched", "shaped"):
@@ -174,29 +156,6 @@ def print_numbers(result: MotionResult, truth: dict[str, list[float]]) -> None:
         f" {result.seconds:.0f} s"
     )
     print("\n".join(f"{name}: gap {record.gap:.3f}" for name, record in result.records.items()))
-
-
-def print_frfs(records: dict[str, Seen]) -> None:
-    """Deepest dip and highest peak of the motor's acceleration, and how far the gains of its velocity are
-    apart.
-    """
-    print(
-        "| posture | joint | deepest dip, Hz: measured / model | highest peak, Hz | gains apart, dB: median,"
-        " most |"
-    )
-    print("|---|---|---|---|---|")
-    for posture in POSTURES:
-        f, measured, _ = frfs(records, posture, "measured")
-        _, model, _ = frfs(records, posture, "model")
-        for joint in (0, 1):
-            one, other = measured[:, joint, joint], model[:, joint, joint]
-            pairs = zip(extremes(f, one), extremes(f, other), strict=True)
-            cells = [f"{a:.1f} / {b:.1f}" for a, b in pairs]
-            apart = np.abs(20 * np.log10(np.abs(one / other)))
-            print(
-                f"| {posture} | {joint + 1} | {cells[0]} | {cells[1]} | {np.median(apart):.2f},"
-                f" {apart.max():.1f} |"
-            )
 
 
 def print_control(runs: dict[tuple[str, int], Seen]) -> None:
@@ -291,7 +250,6 @@ def main(path: Path) -> None:
     truth = json.loads((ROOT / "data" / "nagoya_two_link" / "truth.json").read_text())
     print_numbers(result, truth)
     records = seen((ROOT / "configs" / "nagoya_two_link_frf.yaml").read_text(), values)
-    print_frfs(records)
     draw_frfs(records, ROOT / "docs" / "nagoya_frf.png")
     text = (ROOT / "configs" / "nagoya_two_link_control.yaml").read_text()
     runs = {}

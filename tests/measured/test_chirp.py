@@ -4,6 +4,7 @@ time.
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -96,6 +97,42 @@ def test_a_wrong_load_cell_shows_only_above_the_seam() -> None:
     below = right.frequency_hz < 20.0
     assert change[below].max() < 1e-12
     assert change[~below].max() > 0.02
+
+
+def _remounted(turn_deg: float, mirrored: bool = False) -> TimeHistory:
+    """The same sweep with the load cell mounted otherwise."""
+    record, turn = _record(), np.radians(turn_deg)
+    x, y = record.data[0, :, 1], record.data[0, :, 2]
+    own = np.cos(turn) * x + np.sin(turn) * y, np.cos(turn) * y - np.sin(turn) * x
+    data = record.data.copy()
+    data[0, :, 1], data[0, :, 2] = own[0], -own[1] if mirrored else own[1]
+    return TimeHistory(RATE, data, record.channels, record.units, "made")
+
+
+@pytest.mark.parametrize("turn_deg", [90.0, 180.0, -120.0])
+def test_a_load_cell_with_a_frame_or_a_sign_of_its_own_is_noticed_and_turned(turn_deg: float) -> None:
+    history = _remounted(turn_deg)
+    with pytest.raises(InputError, match=r"against those of the formula") as caught:
+        frf_from_chirp(history, Chirp(**SETTINGS, force="load-cell"))
+    advised = re.search(r"add (-?\d+) to `load_cell_turn_deg`", str(caught.value))
+    assert advised is not None
+    assert abs((float(advised[1]) - turn_deg + 180) % 360 - 180) < 2
+    told = Chirp(**SETTINGS, force="load-cell", load_cell_turn_deg=turn_deg)
+    found = frf_from_chirp(history, told)
+    assert _worst(found) < 0.02
+    [note] = found.notes
+    gain = re.search(r"feels ([\d.]+) times what the formula tells, with axes turned by (-?[\d.]+)°", note)
+    assert gain is not None
+    assert float(gain[1]) == pytest.approx(1, abs=0.02)
+    assert float(gain[2]) == pytest.approx(0, abs=1)
+
+
+def test_a_mirrored_load_cell_is_noticed_and_a_negative_channel_mends_it() -> None:
+    history = _remounted(0.0, mirrored=True)
+    with pytest.raises(InputError, match="turns against the offset mass"):
+        frf_from_chirp(history, Chirp(**SETTINGS, force="load-cell"))
+    mended = {**SETTINGS, "load_cell": ["13:+X", "13:-Y"]}
+    assert _worst(frf_from_chirp(history, Chirp(**mended, force="load-cell"))) < 0.02
 
 
 def test_blocks_are_averaged() -> None:

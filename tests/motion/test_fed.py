@@ -15,6 +15,7 @@ from identify.core.errors import InputError
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
+from identify.reports.motion.tables import rms_tables
 from tests.generator import hidden_motion
 from tests.motion.test_missing import one_joint
 
@@ -75,6 +76,24 @@ def test_candidates_side_by_side(tmp_path: Path) -> None:
     for row, value in enumerate((0.0, 0.3)):
         alone = problem.run(np.array([[value]]), problem.records).torque
         np.testing.assert_allclose(both[3 * row : 3 * row + 3], alone, atol=1e-9)
+
+
+def test_what_the_recorded_motion_takes_is_reported_beside_what_the_controller_does(tmp_path: Path) -> None:
+    """The same torques as of records that are fed in; the comparison with the controller is as without."""
+    both = evaluate_simulation(study(tmp_path, fed=(), inverse_dynamics_hz=30.0))
+    plain = evaluate_simulation(study(tmp_path, fed=()))
+    for name, record in both.records.items():
+        assert record.fed is not None
+        assert set(record.fed) == {"motor_torque"}
+        alone = torque_rms(study(tmp_path, fed=("one", "two", "three")), name)
+        assert record.fed["motor_torque"].rms[0, 0] == pytest.approx(alone, rel=1e-9)
+        ours, theirs = (one.records[name].comparisons["motor_torque"].rms for one in (both, plain))
+        np.testing.assert_array_equal(ours, theirs)
+    titles = [table.title for table in rms_tables(both)]
+    assert "RMS difference of motor torque, with the recorded motion fed in" in titles
+    springs = [{"kind": "joint-compliance", "axes": ["rz"]}]
+    with pytest.raises(InputError, match=r"inverse_dynamics_hz: joint1.rz is elastic"):
+        study(tmp_path, fed=(), effects=springs, inverse_dynamics_hz=30.0)
 
 
 def test_what_cannot_be_fed_in_is_refused(tmp_path: Path) -> None:

@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from identify.core.errors import InputError, InputErrors
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.path import Circle, Tool, joint_path
 from identify.motion.problem import MotionProblem
 from identify.motion.tool import tool_paths
+from identify.motion.tracker import registered
 from identify.results.circular import circular_test
 from identify.robot.engine import Engine
 from identify.robot.engine_motion import MovingArm
@@ -263,6 +265,85 @@ def test_recorded_paths_are_judged_beside_the_simulated(tmp_path: Path) -> None:
         study(
             tmp_path / "seen", records=[{**record, "measured": {**tracker, "tool": {"at": ["x", "y", "w"]}}}]
         )
+
+
+def test_glitches_are_told_apart_by_joint(tmp_path: Path) -> None:
+    """As two studies, one with the friction of the joint and one without, simulated by themselves."""
+    told = {"friction": {"coulomb": [20.0, 10.0]}, "records": [_led(glitches=True)]}
+    result = evaluate_simulation(study(tmp_path / "both", 1.0, **told)).records["circle"]
+    found, circles = result.glitches, result.circles
+    assert found is not None
+    assert circles is not None
+    assert set(found.joint) == {1, 2}
+    less = study(tmp_path / "one", 1.0, friction={"coulomb": [0.0, 10.0]}, records=[_led()])
+    without = evaluate_simulation(less).records["circle"].circles
+    assert without is not None
+    angle = circles["feedback"].angle
+    for at, feedback, end in zip(
+        *(row[found.joint == 1] for row in (found.angle, found.feedback, found.end)), strict=True
+    ):
+        behind = np.mod(angle - at, 2 * np.pi) < np.pi / 6
+        for name, glitch in (("feedback", feedback), ("end", end)):
+            added = (circles[name].error - without[name].error)[behind]
+            assert abs(glitch) == pytest.approx(np.abs(added).max(), abs=1e-9)
+    assert np.abs(found.feedback).min() > 1e-6
+    smooth = study(tmp_path / "none", 1.0, records=[_led(glitches=True)])
+    assert evaluate_simulation(smooth).records["circle"].glitches is None
+
+
+def _led(**path: Any) -> dict[str, Any]:
+    return {"name": "circle", "start_deg": [-20.0, 80.0], "duration_s": 0.85, "path": {**CIRCLE, **path}}
+
+
+def test_a_tracker_with_a_frame_and_a_clock_of_its_own_is_laid_on_the_drives() -> None:
+    """A formula of a circle with a bump, begun and ended at rest, seen turned, shifted and 13.7 ms early."""
+    time = np.arange(0, 1.2, 2e-3)
+
+    def place(at: Array) -> Array:
+        since = np.clip(at - 0.2, 0, 0.8) / 0.8
+        angle = 3 * np.pi * (since - np.sin(2 * np.pi * since) / 2 / np.pi)
+        bump = 5e-3 + 4e-5 * np.exp(-(((angle - 4) / 0.2) ** 2))
+        return np.stack([bump * np.cos(angle), bump * np.sin(angle), 0 * angle], axis=1)
+
+    turn, shift = Rotation.from_euler("zyx", [40, 70, -20], degrees=True), np.array([2.0, -1.0, 0.5])
+    noise = np.random.default_rng(3).normal(scale=1e-6, size=(len(time), 3))
+    seen = turn.apply(place(time - 0.0137)) + shift + noise
+    found = registered(seen, time, place(time), 0.5)
+    assert found.offset_s == pytest.approx(0.0137, abs=1e-5)
+    assert found.angle == pytest.approx(turn.magnitude(), abs=1e-3)
+    np.testing.assert_allclose(found.places, place(time), atol=1e-5)
+    assert found.left < 3e-6
+    assert "13.7" in found.sentence("circle")
+    wrong = registered(seen, time, place(time), 0.005)  # not far enough to find it
+    assert wrong.left > 10 * found.left
+
+
+def test_a_record_in_the_frame_of_its_tracker_is_judged_as_in_that_of_the_base(tmp_path: Path) -> None:
+    """Motors that follow a circle of formula, and a tracker that sees another one turned over."""
+    (tmp_path / "seen").mkdir()
+    time = np.arange(0, 0.8, 4e-3)
+    swept = Circle(radius_mm=5, feed_mm_min=4000, turns=1.5, start_s=0.02).sweep.angle(time)
+    radius = 5 + 0.03 * np.cos(3 * swept)
+    flat = np.stack([700 + radius * np.cos(swept), radius * np.sin(swept), 0 * time], axis=1)
+    turned = Rotation.from_euler("x", 90, degrees=True).apply(flat) + np.array([10.0, 20.0, 30.0])
+    for name, places in (("base", flat), ("own", turned)):
+        rows, head = np.column_stack([time, places, 0 * time, 0 * time]), "time_s,x,y,z,q1,q2"
+        np.savetxt(tmp_path / f"seen/{name}.csv", rows, "%.9f", ",", header=head, comments="")
+    deviations, notes = [], []
+    torque = {"motor_torque": {"at": "q{joint}", "unit": "N m"}}
+    for frame in ("base", "own"):
+        tracker = {"at": ["x", "y", "z"], "unit": "mm", "frame": frame}
+        measured = {"file": f"{frame}.csv", "signals": torque, "tool": tracker}
+        result = evaluate_simulation(study(tmp_path / "seen", records=[{**_led(), "measured": measured}]))
+        circles = result.records["circle"].circles
+        assert circles is not None
+        deviations.append(circles["recorded end"].deviation)
+        notes.append([note for note in result.notes if "tracker" in note])
+    assert deviations[0] == pytest.approx(6e-5, rel=0.02)
+    assert deviations[1] == pytest.approx(deviations[0], rel=0.02)
+    assert not notes[0]
+    [note] = notes[1]
+    assert "turn of 90" in note
 
 
 def test_paths_that_cannot_be_are_refused(tmp_path: Path) -> None:

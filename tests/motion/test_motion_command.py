@@ -81,6 +81,26 @@ def test_a_fit_is_reported_on_one_page_and_on_paper(tmp_path: Path) -> None:
     assert page.read_bytes() == write_reports(path)[0].read_bytes()
 
 
+def test_a_simulation_takes_the_numbers_of_a_fit(tmp_path: Path) -> None:
+    """As typed into the study by hand, but for dry friction, which the study itself does not search for."""
+    config, fitted = written(tmp_path, optimizer=STAGE), tmp_path / "fit.h5"
+    result, _ = run_motion_fit(config, fitted, {})
+    assert result.parameters is not None
+    before, _ = run_simulation(config, tmp_path / "before.h5")
+    after, _ = run_simulation(config, tmp_path / "after.h5", values=fitted)
+    assert before.gap > 2 * after.gap
+    again = json.loads(config.read_text())
+    for name, value in zip(result.parameters.name, result.parameters.value, strict=True):
+        _, section, key = name.split(".")
+        if section != "friction":
+            again[section][key] = float(value)
+    (tmp_path / "typed.yaml").write_text(json.dumps(again))
+    typed, _ = run_simulation(tmp_path / "typed.yaml", tmp_path / "typed.h5")
+    assert typed.gap == pytest.approx(after.gap, rel=1e-6)
+    with pytest.raises(InputError, match="no number that this study searches for"):
+        run_simulation(config, tmp_path / "none.h5", values=tmp_path / "typed.h5")
+
+
 def test_a_killed_fit_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Killed in the middle of its trials: resumed, it ends where an undisturbed one does; finished, it is not
     run again.

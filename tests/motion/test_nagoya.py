@@ -4,7 +4,7 @@ control by two degrees.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +12,15 @@ import pytest
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from identify.core.arrays import Complex
 from identify.core.errors import InputErrors
+from identify.motion.changed import with_numbers
+from identify.motion.evaluate import evaluate_simulation
 from identify.motion.excitation import Excitation, closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
-from identify.motion.trajectory import simulated
+from identify.reports.motion.closed_loop import extremes, extremes_table
+from identify.results.motion import ClosedLoopFrfs
+from tests.motion import arms
 from tests.motion.test_published_arms import gaps, truth_of
 
 Array = NDArray[np.float64]
@@ -49,39 +52,64 @@ def test_a_drive_that_stops_sticks_and_does_not_creep(tmp_path: Path) -> None:
     assert gap(*study("nagoya_two_link", tmp_path, creeping), "fast1", "fast2", seconds=3.0) > 5.0
 
 
-def frfs(
-    problem: MotionProblem, values: Sequence[Array], names: tuple[str, str]
-) -> tuple[Array, Complex, list[Complex]]:
-    """Frequencies and motor angle per motor torque of both joints (lines, 2, 2), from two records, as
-    measured and as the model has them at each of the values.
-    """
-    records = [record for record in problem.records if record.settings.name in names]
-    motion = problem.run(np.array(values), records)
-    measured = [record.measured for record in records if record.measured is not None]
-    runs = [simulated(problem, motion, record, number, len(records)) for number, record in enumerate(records)]
-
-    def of(signals: Sequence[Mapping[str, Array]]) -> tuple[Array, Complex]:
-        torques, angles = ([s[key] for s in signals] for key in ("motor_torque", "motor_position"))
-        return closed_loop_frf(torques, angles, float(measured[0].time_s[1]), 1.0)[:2]
-
-    f, h = of([one.signals for one in measured])
-    models = [{key: rows[n] for key, rows in run.items()} for n in range(len(values)) for run in runs]
-    return f, h, [of(models[n : n + len(runs)])[1] for n in range(0, len(models), len(runs))]
-
-
-def test_frfs_in_the_closed_loop_agree_and_show_a_wrong_stiffness(tmp_path: Path) -> None:
+def test_frfs_of_a_result_agree_and_show_a_wrong_stiffness(tmp_path: Path) -> None:
+    """Dips and peaks as the generator's records have them, a median of 0.2 dB apart at the true numbers."""
     problem, values = study("nagoya_two_link_frf", tmp_path)
-    stiff = np.array(["rz.stiffness" in p.name for p in problem.parameters])
-    both = [values, np.where(stiff, 1.5 * values, values)]
-    f, measured, models = frfs(problem, both, ("reaching1", "reaching2"))
-    band, diagonal = (f >= 3) & (f <= 50), (slice(None), (0, 1), (0, 1))
+    records = tuple(record for record in problem.records if record.settings.name.startswith("reaching"))
+    names = [parameter.name for parameter in problem.parameters]
 
-    def apart(model: Complex) -> float:
-        ratio = model[band][diagonal] / measured[band][diagonal]
-        return float(np.median(np.abs(20 * np.log10(np.abs(ratio)))))
+    def found(factor: float) -> ClosedLoopFrfs:
+        scaled = [v * factor if "rz.stiffness" in n else v for n, v in zip(names, values, strict=True)]
+        own = with_numbers(replace(problem, records=records), {}, dict(zip(names, scaled, strict=True)))
+        [(name, frfs)] = evaluate_simulation(own).frfs.items()
+        assert name == "reaching1 and reaching2"
+        return frfs
 
-    assert apart(models[0]) < 0.2
-    assert apart(models[1]) > 0.5
+    right, wrong = found(1.0), found(1.5)
+    assert list(right.joint) == [1, 2]
+    for one, near in ((right, True), (wrong, False)):
+        [first, second] = extremes_table({"reaching": one}).rows
+        dips, apart = (float(first[3]), float(first[4])), float(first[7])
+        assert (abs(dips[0] - dips[1]) < 0.2) is near, (first, second)
+        assert (apart < 0.2) is near
+    assert right.acceleration_measured is not None
+    assert right.acceleration is not None
+    ratio = np.abs(right.acceleration / right.acceleration_measured)[:, [0, 1], [0, 1]]
+    assert np.median(np.abs(20 * np.log10(ratio))) < 0.3
+
+
+def test_one_body_is_an_inertia_whatever_holds_it(tmp_path: Path) -> None:
+    """Velocity 1/(j omega J) and acceleration 1/J per torque, of an arm and a rotor behind a rigid gear; a
+    record that is too short has none, with a note.
+    """
+    excited = {"joint": 1, "torque_n_m": 40.0, "band_hz": [2.0, 30.0], "period_s": 1.0}
+    records = [
+        {"name": name, "start_deg": [at], "duration_s": length, "excitation": excited}
+        for name, at, length in (("a", 0.0, 4.0), ("b", 10.0, 1.5))
+    ]
+    servo = {**arms.CASCADE, "period_s": 5e-4}
+    result = evaluate_simulation(arms.study(tmp_path, arms.one_link(0.0), servo=servo, records=records))
+    [(name, one)] = result.frfs.items()
+    assert name == "a"
+    assert one.velocity_measured is None
+    assert [note for note in result.notes if "no closed-loop FRFs of b" in note]
+    inertia, f = arms.ABOUT_JOINT + 50.0**2 * 1e-3, one.frequency_hz
+    assert (f[0], f[-1]) == (2.0, 30.0)
+    assert one.acceleration is not None
+    np.testing.assert_allclose(one.velocity[:, 0, 0] * 2j * np.pi * f * inertia, 1, atol=0.06)
+    np.testing.assert_allclose(one.acceleration[:, 0, 0] * inertia, 1, atol=0.06)
+
+
+def test_dip_and_peak_are_those_of_a_closed_form() -> None:
+    """Between lines 1 Hz apart, as on lines a thousand times as close."""
+
+    def gain(f: Array) -> Array:
+        return np.asarray(np.abs((9.4**2 - f**2 + 2j * f) / (23.3**2 - f**2 + 3j * f)) / f)
+
+    f, fine = np.arange(1.0, 60.0), np.arange(1.0, 60.0, 1e-3)
+    exact = fine[np.argmin(fine * gain(fine))], fine[np.argmax(fine * gain(fine))]
+    assert extremes(f, gain(f)) == pytest.approx(exact, abs=0.2)
+    assert np.isnan(extremes(f, f)).all()
 
 
 def test_an_frf_in_a_closed_loop_is_that_of_the_plant() -> None:

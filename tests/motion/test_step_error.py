@@ -30,7 +30,7 @@ _KNOWN = (
 
 
 def _problem(folder: Path) -> tuple[MotionProblem, Array]:
-    """The first 1.3 s of one fast move of the shipped study, at its true numbers."""
+    """The first 1.3 s of one fast move of the shipped study, not extrapolated, at its true numbers."""
     path = ROOT / "data" / "nagoya_two_link" / "fast1.csv"
     head, *rows = path.read_text().splitlines()
     short = [head, *(row for row in rows if float(row.split(",")[0]) < 1.3)]
@@ -38,7 +38,7 @@ def _problem(folder: Path) -> tuple[MotionProblem, Array]:
     begin = "start_deg: [100, -100]\n    duration_s: 4.0"
     brief = (begin, begin.replace("4.0", "1.3"))
     file = (str(path), str(folder / "short.csv"))
-    return study("nagoya_two_link", folder, brief, file, *_KNOWN)
+    return study("nagoya_two_link", folder, brief, file, ("extrapolate: true", "extrapolate: false"), *_KNOWN)
 
 
 def test_extrapolation_takes_out_what_is_in_proportion_to_the_step(tmp_path: Path) -> None:

@@ -31,7 +31,7 @@ DATA.banded.forEach(({id, x, log, columns: wanted, panels}) => draw(`${id}`, () 
   return [traces, {
     height: 90 + 270 * count, margin: {l: 72, r: 16, t: 34, b: 48}, legend: {orientation: "h", x: 0, y: 1.01, yanchor: "bottom"},
     ...(own ? Object.fromEntries(panels.map((panel, k) => [`xaxis${axis(k)}`, {
-      ...(panel.log_x ? logAxis(panel.lines.flatMap(line => line.x), panel.x) : {title: {text: panel.x ?? (k < panels.length - columns ? "" : x)}}), anchor: `y${axis(k)}`, domain: columns > 1 ? place(k % columns) : [0, 1],
+      ...(panel.log_x || log ? logAxis(panel.lines.flatMap(line => line.x), panel.x ?? (k < panels.length - columns ? "" : x)) : {title: {text: panel.x ?? (k < panels.length - columns ? "" : x)}}), anchor: `y${axis(k)}`, domain: columns > 1 ? place(k % columns) : [0, 1],
     }])) : {xaxis: {...across, anchor: `y${axis(count - 1)}`}}), ...axes,
   }];
 }));

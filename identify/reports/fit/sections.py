@@ -29,6 +29,7 @@ from identify.reports.kit.report import (
 )
 from identify.reports.shared import data, measurement_tables, robot_figure
 from identify.reports.shared.figures import pair_mac
+from identify.reports.shared.mode_errors import amplitude_tables, magnitude_errors, mode_error_table
 from identify.reports.shared.page_data import channels, measurement_data
 from identify.reports.shared.parameters import (
     PARAMETERS_TERMINAL,
@@ -130,7 +131,13 @@ def _profiles(result: FitResult) -> list[Curves]:
 def _modes(result: FitResult, measurements: list[MeasurementResult]) -> Parts:
     boxes = [_mode_box(k, m) for k, m in enumerate(measurements)]
     matrices = [found for found in map(pair_mac, measurements) if found]
-    return [Box("columns", boxes), given(tables.published_modes_table(result)), *mac(matrices, _MAC)]
+    return [
+        Box("columns", boxes),
+        given(mode_error_table(measurements), on=EVERYWHERE),
+        *(Tabular(table, heading=True, on=EVERYWHERE) for table in amplitude_tables(measurements)),
+        given(tables.published_modes_table(result)),
+        *mac(matrices, _MAC),
+    ]
 
 
 def _mode_box(k: int, m: MeasurementResult) -> Box:
@@ -148,7 +155,9 @@ def _frfs(result: FitResult, found: list[tuple[MeasurementResult, FrfComparison]
     printed: list[Part] = []
     for m, frf in found:
         printed += [Heading(f"{m.name}, {measurement_tables.use(m)}", on=PRINT), *overlays(m.name, frf)]
-    lists = error_lists([measurement_tables.frf_table(name, frf) for name, frf in named])
+    lists = error_lists(
+        [measurement_tables.frf_table(m.name, frf, magnitude_errors(m, frf)) for m, frf in found]
+    )
     return [
         Section("frf", "Frequency response functions", [frf_picker(measurements, True), *printed], "FRFs"),
         Section("gap", "Where the model disagrees", gap_maps(named, measurements), "Gap map"),

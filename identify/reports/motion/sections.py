@@ -12,7 +12,9 @@ from identify.reports.kit.banded import Line, Panel, Plot
 from identify.reports.kit.cells import Column, Curves, Table
 from identify.reports.kit.report import (
     EVERYWHERE,
+    PAGE,
     Drawing,
+    Heading,
     Part,
     Parts,
     Pickers,
@@ -25,6 +27,7 @@ from identify.reports.kit.report import (
 )
 from identify.reports.motion import tables
 from identify.reports.motion.circle_figure import circles
+from identify.reports.motion.closed_loop import extremes_table, frf_plots
 from identify.reports.motion.pick import RECORDED, moving, panels
 from identify.reports.shared.parameters import PARAMETERS_TERMINAL, parameter_table
 from identify.results.circular import CircularTest
@@ -42,10 +45,9 @@ def report(result: MotionResult) -> Report:
     ]
     sections = [
         Section("motion", "Motion", list(_motion(result))),
-        Section(
-            "circles", "Circular tests", [*_sorted(tables.circle_tables(result), "circle"), *_circles(result)]
-        ),
-        Section("errors", "Errors", [*_sorted(tables.rms_tables(result), "rms")]),
+        Section("circles", "Circular tests", list(_circles(result))),
+        Section("closed-loop", "FRFs in the closed loop", list(_frfs(result)), "Closed loop"),
+        Section("errors", "Errors", [*_sorted(tables.rms_tables(result), "rms"), *_tracking(result)]),
     ]
     if result.parameters is not None:
         fitted = parameter_table(result.parameters)
@@ -58,7 +60,23 @@ def _sorted(found: list[Table], name: str) -> list[Tabular]:
     return [Tabular(one, heading=True, sort=f"{name}-{k}", on=EVERYWHERE) for k, one in enumerate(found)]
 
 
+def _tracking(result: MotionResult) -> Iterator[Part]:
+    table = tables.tracking_table(result)
+    if table is not None:
+        yield from _sorted([table], "tracking")
+
+
+def _frfs(result: MotionResult) -> Iterator[Part]:
+    if result.frfs:
+        yield Tabular(extremes_table(result.frfs), sort="closed-loop", on=EVERYWHERE)
+        for name, plot in zip(result.frfs, frf_plots(result.frfs, result.joints), strict=True):
+            yield Heading(name, on=PAGE)
+            yield plot.drawing()
+
+
 def _circles(result: MotionResult) -> Iterator[Part]:
+    yield from _sorted(tables.circle_tables(result), "circle")
+    yield from _sorted(tables.glitch_tables(result), "glitch")
     for record in result.records.values():
         if record.circles is not None:
             caption = f"{record.name}: radial errors enlarged about the mean circle."

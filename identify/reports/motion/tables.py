@@ -4,6 +4,8 @@ records.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+
 import numpy as np
 
 from identify.core.text import capital
@@ -11,7 +13,7 @@ from identify.reports.kit.cells import NONE, Column, Table, angles, digits, numb
 from identify.reports.kit.report import Tiles
 from identify.reports.motion.pick import factor, shown_unit
 from identify.results.circular import CircularTest
-from identify.results.motion import MotionResult, RecordResult, TrajectoryComparison
+from identify.results.motion import Glitches, MotionResult, RecordResult, TrajectoryComparison
 
 
 def tiles(result: MotionResult) -> Tiles:
@@ -42,24 +44,40 @@ def record_table(result: MotionResult) -> Table:
 
 
 def rms_tables(result: MotionResult) -> list[Table]:
-    """A table per signal: a row per record and joint, a column per phase, RMS of simulated less recorded."""
-    quantities = list(dict.fromkeys(q for record in result.records.values() for q in record.comparisons))
-    return [_rms_table(result, quantity) for quantity in quantities]
-
-
-def _rms_table(result: MotionResult, quantity: str) -> Table:
-    records = [r for r in result.records.values() if quantity in r.comparisons]
-    phases = list(dict.fromkeys(phase for record in result.records.values() for phase in record.phases))
-    found = [record.comparisons[quantity] for record in records]
-    both = ("", ", start model") if any(one.rms_initial is not None for one in found) else ("",)
-    rows = [
-        row
-        for record, one in zip(records, found, strict=True)
-        for row in _rows(record, one, result.joints, phases, len(both))
+    """A table per signal: a row per record and joint, a column per phase, RMS of simulated less recorded;
+    then of torques and currents that the recorded motion takes.
+    """
+    records = list(result.records.values())
+    fed = "with the recorded motion fed in"
+    return [
+        *(
+            _rms_table(result, q, f"RMS difference of {_said(q)}")
+            for q in _of(r.comparisons for r in records)
+        ),
+        *(
+            _rms_table(result, q, f"RMS difference of {_said(q)}, {fed}", True)
+            for q in _of(r.fed or {} for r in records)
+        ),
     ]
-    unit = shown_unit(found[-1].unit)
+
+
+def _of(compared: Iterable[Mapping[str, TrajectoryComparison]]) -> list[str]:
+    """Quantities, each once, as they come."""
+    return list(dict.fromkeys(quantity for one in compared for quantity in one))
+
+
+def _said(quantity: str) -> str:
+    return quantity.replace("_", " ")
+
+
+def _rms_table(result: MotionResult, quantity: str, title: str, fed: bool = False) -> Table:
+    compared = [(r, (r.fed or {}) if fed else r.comparisons) for r in result.records.values()]
+    found = [(r, own[quantity]) for r, own in compared if quantity in own]
+    phases = list(dict.fromkeys(phase for record in result.records.values() for phase in record.phases))
+    both = ("", ", start model") if any(one.rms_initial is not None for _, one in found) else ("",)
+    rows = [row for record, one in found for row in _rows(record, one, result.joints, phases, len(both))]
+    unit = shown_unit(found[-1][1].unit)
     heads = [Column(capital(phase) + more, unit, form=digits(3)) for phase in phases for more in both]
-    title = f"RMS difference of {quantity.replace('_', ' ')}"
     return Table.of(title, [words("Record"), words("Joint"), *heads], rows)
 
 
@@ -79,6 +97,40 @@ def _rows(
         ]
         rows.append((name, "xyz"[joint] if c.unit == "m" else joints[joint], *values))
     return rows
+
+
+def tracking_table(result: MotionResult) -> Table | None:
+    """How far links, or drives where these were not recorded, are off their command (Nagoya, section 5): RMS
+    by record, joint and phase, as recorded and by the model; None where neither was recorded.
+    """
+    phases = list(dict.fromkeys(phase for record in result.records.values() for phase in record.phases))
+    rows = [row for record in result.records.values() for row in _tracking(record, result.joints, phases)]
+    if not rows:
+        return None
+    both = ("measured", "model")
+    heads = [Column(f"{capital(phase)}, {which}", "°", form=digits(4)) for phase in phases for which in both]
+    return Table.of("Tracking error, RMS", [words("Record"), words("Of"), *heads], rows)
+
+
+def _tracking(
+    record: RecordResult, joints: tuple[str, ...], phases: list[str]
+) -> Iterator[tuple[str | float, ...]]:
+    """Rows of a record, of joints that are commanded to move and were recorded."""
+    side = next((one for one in ("link_position", "motor_position") if one in record.comparisons), None)
+    if side is None:
+        return
+    compared, command = record.comparisons[side], record.signals["command_position"].values
+    ends = dict(zip(record.phases, record.phase_s, strict=True))
+    for joint in np.flatnonzero(np.ptp(command, axis=0) > 0):
+        wanted = np.interp(compared.time_s, record.time_s, command[:, joint])
+        off = [np.degrees(own[:, joint] - wanted) for own in (compared.measured, compared.simulated)]
+        cells = []
+        for phase in phases:
+            begin, end = ends.get(phase, (np.inf, -np.inf))
+            inside = (compared.time_s >= begin) & (compared.time_s <= end)
+            cells += [float(np.sqrt(np.mean(one[inside] ** 2))) if inside.any() else np.nan for one in off]
+        if np.isfinite(cells).any():
+            yield (record.name, f"{side.split('_')[0]} of {joints[joint]}", *cells)
 
 
 def circle_tables(result: MotionResult) -> list[Table]:
@@ -115,6 +167,31 @@ def _circle_table(record: RecordResult, tests: dict[str, CircularTest]) -> Table
         *(micrometres(name, 1e6 * np.array(values)) for name, values in ends.items()),
     ]
     return Table(f"Circular test of {record.name}, radial errors about each path's mean circle", columns)
+
+
+def glitch_tables(result: MotionResult) -> list[Table]:
+    """What the friction of each joint adds to the radial error where it turns round, a table per record."""
+    return [
+        _glitch_table(record.name, record.glitches)
+        for record in result.records.values()
+        if record.glitches is not None
+    ]
+
+
+def _glitch_table(name: str, g: Glitches) -> Table:
+    columns = [
+        Column("Joint", "", [f"{joint:.0f}" for joint in g.joint], ready),
+        Column("Turns round at", "°", [f"{angle:.0f}" for angle in np.degrees(g.angle)], ready),
+        Column("Quadrant", "", [f"{1 + int(angle // (np.pi / 2)) % 4}" for angle in g.angle], ready),
+        Column("Glitch of the feedback", "µm", [f"{1e6 * one:.0f}" for one in g.feedback], ready),
+        Column("Of the end", "µm", [f"{1e6 * one:.0f}" for one in g.end], ready),
+    ]
+    note = (
+        "What the friction of a joint adds to the radial error, outwards positive, within 30° behind where"
+        " it turns"
+        " round: the model with it less the model without."
+    )
+    return Table(f"Glitches of {name} by joint", columns, note)
 
 
 def trial_table(result: MotionResult) -> Table | None:

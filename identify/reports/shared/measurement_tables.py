@@ -94,7 +94,9 @@ def _data(measurement: MeasurementResult) -> str:
     if frf is None:
         modes = 0 if measurement.pairs is None else len(measurement.pairs.measured_frequency_hz)
         return count(modes, "measured mode")
-    return f"{count(len(frf.output), 'FRF')} ({frf.quantity}), {band(frf)}"
+    sigma = frf.window_decay_per_s
+    window = f", window decaying by {number(sigma)} 1/s" if sigma else ""
+    return f"{count(len(frf.output), 'FRF')} ({frf.quantity}), {band(frf)}{window}"
 
 
 def band(frf: FrfComparison) -> str:
@@ -122,15 +124,24 @@ def error_table(result: FitResult) -> Table:
     return Table("FRF errors", columns, note)
 
 
-def frf_table(name: str, frf: FrfComparison) -> Table:
-    """Every FRF of the measurement of that name, worst first; with the gap where the noise is known."""
+def frf_table(name: str, frf: FrfComparison, at_modes: Array | None = None) -> Table:
+    """Every FRF of the measurement of that name, worst first; with the gap where the noise is known.
+
+    at_modes (pairs,): errors of the magnitudes at the measured modes, where they are known.
+    """
     order = worst_first(frf)
+    known = at_modes is not None and np.isfinite(at_modes).all()
     columns = [
         words("Output", [frf.output[i] for i in order]),
         words("Input", [frf.input[i] for i in order]),
         *([] if frf.gap is None else [Column("Gap", "", frf.gap[order])]),
         Column("Relative error", "%", frf.relative_error[order], percent),
         Column("Area error", "%", frf.area_error[order], percent),
+        *(
+            [Column("Magnitude error at modes", "%", at_modes[order], percent)]
+            if at_modes is not None and known
+            else []
+        ),
         Column("FRAC", "", frf.frac[order]),
         words("Remark", [_remark(frf, int(i)) for i in order]),
     ]

@@ -1,0 +1,78 @@
+"""A tracker that saw the tool in a frame and with a clock of its own: laid on where the drives say that the
+tool was.
+
+A circle looks the same turned about its axis, so that only its beginning and end tell a turn from an offset
+in time: both are found together, the turn in closed form (Kabsch 1976) for each offset.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from identify.core.arrays import Array
+
+_STEP = 0.5
+"""Steps of the first search, in samples of the record."""
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Places of the tracker (samples, 3), m, in the base's axes and at the record's times; what was taken
+    away: offset in time, s, by which its clock was ahead; angle of the turn, rad, and shift (3,), m, of its
+    mean; left: RMS distance to the path of the drives, m.
+    """
+
+    places: Array
+    offset_s: float
+    angle: float
+    shift: Array
+    left: float
+
+    def sentence(self, record: str) -> str:
+        """What it took away, and what is left."""
+        return (
+            f"{record}: the tracker has a frame and a clock of its own; an offset of"
+            f" {1e3 * self.offset_s:.2f} ms, a"
+            f" turn of {np.degrees(self.angle):.3g}° and a shift of {np.linalg.norm(self.shift):.4g} m lay"
+            f" it on"
+            f" the path of the drives, {1e6 * self.left:.0f} µm (RMS) are left; what the arm itself lags,"
+            " turns or sags by is taken away with them"
+        )
+
+
+def registered(seen: Array, time_s: Array, path: Array, most_s: float) -> Registration:
+    """Places `seen` (samples, 3), m, at times (samples,), s, laid by a rigid motion and an offset in time of
+    at most most_s either way on a path (samples, 3) at the same times.
+    """
+
+    def laid(offset: float) -> tuple[float, Array, Array]:
+        at = np.stack([np.interp(time_s + offset, time_s, column) for column in seen.T], axis=1)
+        turn, left = _turned(at, path)
+        return left, at, turn
+
+    step = _STEP * float(time_s[1] - time_s[0])
+    offsets = step * np.arange(-np.ceil(most_s / step), np.ceil(most_s / step) + 1)
+    first = min(offsets, key=lambda offset: laid(float(offset))[0])
+    found = scipy.optimize.minimize_scalar(
+        lambda offset: laid(offset)[0],
+        bounds=(first - step, first + step),
+        method="bounded",
+        options={"xatol": 1e-3 * step},
+    )
+    offset = float(found.x)
+    left, at, turn = laid(offset)
+    places = (at - at.mean(axis=0)) @ turn.T + path.mean(axis=0)
+    angle = float(np.arccos(np.clip((np.trace(turn) - 1) / 2, -1.0, 1.0)))
+    return Registration(places, offset, angle, path.mean(axis=0) - at.mean(axis=0), left)
+
+
+def _turned(seen: Array, path: Array) -> tuple[Array, float]:
+    """The rotation (3, 3) that lays centred places on a centred path, and the RMS distance left, m."""
+    a, b = seen - seen.mean(axis=0), path - path.mean(axis=0)
+    u, _, v = np.linalg.svd(b.T @ a)
+    keep = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
+    turn = u @ keep @ v
+    return turn, float(np.sqrt(np.mean(np.sum((a @ turn.T - b) ** 2, axis=1))))

@@ -1,0 +1,76 @@
+"""Tables of the pages of studies, made from stored results of runs.
+
+python -m tests.benchmarks.pages store NAME RESULT.h5 what the terminal shows of a result, into results/pages
+python -m tests.benchmarks.pages write every marked table of docs/ anew
+
+A page marks a table by `<!-- run NAME: TITLE -->`, of some columns by `<!-- run NAME: TITLE; HEAD; HEAD -->`,
+what the run says first by `<!-- run NAME: verdict -->`, each up to `<!-- end of run -->`.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).parents[2]
+STORED = Path(__file__).parent / "results" / "pages"
+BLOCK = re.compile(r"(<!-- run (\w+): ([^>]+?) -->\n)(.*?)(<!-- end of run -->)", re.DOTALL)
+
+
+def stored(result: Path) -> dict[str, Any]:
+    """Verdict, notes and tables by title, as the terminal has them."""
+    from identify.reports.kinds import read_any, report_of
+    from identify.reports.kit.report import TERMINAL, Tabular
+
+    read = read_any(result)
+    tables = [part.table for part in report_of(read).shown(TERMINAL) if isinstance(part, Tabular)]
+    return {
+        "verdict": list(read.verdict),
+        "notes": list(read.notes),
+        "tables": {
+            table.title: {"head": [column.head for column in table.columns], "rows": table.rows}
+            for table in tables
+        },
+    }
+
+
+def rendered(name: str, what: str) -> str:
+    """The lines of a block; KeyError for a table or column that the run does not have."""
+    run = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))
+    title, *heads = what.split("; ")
+    if title == "verdict":
+        return "".join(f"> {sentence}\n" for sentence in run["verdict"])
+    table = run["tables"][title]
+    wanted = [table["head"].index(head) for head in heads] if heads else range(len(table["head"]))
+    rows = [table["head"], ["---"] * len(table["head"]), *table["rows"]]
+    lines = [
+        "|" + "|".join("---" if row[n] == "---" else f" {row[n]} " for n in wanted) + "|" for row in rows
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def rewritten(text: str) -> str:
+    """A page with its blocks as the stored runs have them."""
+    return BLOCK.sub(lambda found: found[1] + rendered(found[2], found[3]) + found[5], text)
+
+
+def main() -> None:
+    """Store a result, or write the pages."""
+    if sys.argv[1] == "store":
+        STORED.mkdir(exist_ok=True)
+        told = json.dumps(stored(Path(sys.argv[3])), indent=1, ensure_ascii=False)
+        told = re.sub(r"\[\s+(\"[^\[\]]*\")\s+\]", lambda row: f"[{' '.join(row[1].split())}]", told)
+        (STORED / f"{sys.argv[2]}.json").write_text(told + "\n", encoding="utf-8")
+        return
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        if (new := rewritten(text)) != text:
+            page.write_text(new, encoding="utf-8")
+            print(page)
+
+
+if __name__ == "__main__":
+    main()
