@@ -14,17 +14,18 @@ from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.plan import FitPlan, Stage, make_stages
 from identify.vibration.costs.eliminated import EliminatedObjective
-from identify.vibration.costs.frf_least_squares import PosteriorObjective
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.problem import Problem
-from identify.vibration.softened import SOFT_STAGE, softened
 from identify.vibration.study import VibrationStage
 
 _TOLERANCE = 1e-6
 """Relative change of the sum of squares below which a fit with errors of what was told has converged."""
-_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
-"""By which the stages that lead a fit with errors to its likelihood are minimised, roughly; where impacts are
-simulated, whose valleys are less smooth, by a ladder of damped steps.
+_TEMPERATURES = (1e4, 900.0, 100.0, 9.0)
+"""With noise far below the errors the valley of the likelihood is narrow and bent.  Squares divided by these,
+in turn, leave the errors near what was stated at first, and the minimum moves on (continuation).
 """
+_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
+"""How each of them is minimised: roughly."""
 _ROUNDS = 2
 """How often errors are linearised anew under an optimizer that searches the parameters alone."""
 _ALIKE = 1e-3
@@ -93,9 +94,11 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
         held.append(Stage(_told(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
-    targets = problem.targets()
-    optimizer = SOFT_STAGE if targets.simulated else _LEADING
-    leading = [Stage(optimizer, soft, held[first].moves | errors) for soft in softened(targets)]
+    targets, moves = problem.targets(), held[first].moves | errors
+    leading = [
+        Stage(_LEADING, PosteriorObjective(FrfLeastSquares(), targets, temperature), moves)
+        for temperature in _TEMPERATURES
+    ]
     return (*held[:first], *leading, *held[first:])
 
 
@@ -107,7 +110,7 @@ def _eliminating(
     """
     held = replace(stage, moves=stage.moves & ~errors)
     eliminated = replace(held, objective=EliminatedObjective(objective, initial))
-    best = Stage(SOFT_STAGE, objective, errors)
+    best = Stage(_LEADING, objective, errors)
     return [held, best, *[eliminated, best] * _ROUNDS]
 
 

@@ -13,7 +13,7 @@ from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
 from identify.discovery.trial import likelihood, minimized
-from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
+from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
 from identify.measured.finding import STUDY
@@ -212,7 +212,7 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         h += target.noise * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
         struck.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
     problem = replace(problem, measurements=tuple(struck))
-    optimizer = LevenbergMarquardt(steps=20, tolerance=1e-6)
+    optimizer = GaussNewton(evaluations=20, tolerance=1e-6)
     values, _ = minimized(problem, truth, optimizer, likelihood(problem))
     scale = Scale(problem.parameters)
     found, plain = (

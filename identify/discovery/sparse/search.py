@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Array, Mask
+from identify.core.bounded import bounded_step
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
-from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
