@@ -447,7 +447,7 @@ def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterato
 
 
 def _points_found(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterator[str]:
-    """Points that are missing, from the geometry in the data at a posture that is told."""
+    """Points that are missing, from the geometry in the data at a stated posture."""
     from identify.measured.uff.geometry import has_geometry
     from identify.reports.points.said import sentences
 

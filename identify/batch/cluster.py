@@ -1,6 +1,6 @@
 """The workers of a Dask scheduler: found, checked, and left without work of ours.
 
-What cannot be right is told before Dask tries it: it would try for long, and say it in a traceback.
+What cannot be right is reported before Dask tries it: it would try for long, and say it in a traceback.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def joined(address: str) -> Iterator[Cluster]:
 
 @contextmanager
 def _in_our_words() -> Iterator[None]:
-    """Inside, Dask does not log what goes wrong, in tracebacks: it is told in a sentence."""
+    """Inside, Dask does not log what goes wrong, in tracebacks: it is reported in a sentence."""
     loggers = [logging.getLogger(name) for name in _LOGS]
     before = [one.level for one in loggers]
     for one in loggers:

@@ -48,7 +48,7 @@ def population_notes(p: PopulationTable | None) -> Texts:
     ]
     if p.common:
         said.append(
-            f"{p.common} errors of what was told of the robot are the same in all fits, which use one"
+            f"{p.common} nuisance parameters of the robot are the same in all fits, which use one"
             " description: they do not average out, and the intervals of means count them once"
         )
     return tuple(said)
@@ -88,7 +88,9 @@ def dependence_verdict(d: DependenceTable) -> str:
     """Whether a parameter depends on posture."""
     tested = np.isfinite(d.p_value)
     if not tested.any():
-        return "Whether a parameter depends on posture cannot be told: none is determined at two postures."
+        return (
+            "Whether a parameter depends on posture cannot be determined: none is determined at two postures."
+        )
     found = _by_scatter(d)
     if not found:
         return (

@@ -28,7 +28,7 @@ from identify.results.curves import CurveTable, PlaceTable
 from identify.vibration.problem import Measurement, Problem, with_effects
 
 _LISTED, _MEASURED = 15, 6
-"""Places of a step that are told; added effects whose curves are measured."""
+"""Places of a step that are reported; added effects whose curves are measured."""
 
 
 def acting(problem: Problem, found: Discovery) -> str:
@@ -56,7 +56,7 @@ class Wanted:
 def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     """One for each of the first few added effects at a place of the structure; where the gap stays open, one
     for the coordinate `at`, or without it for the place that explains most of the rest.  Errors of what was
-    told are held where the final fit ended.
+    stated are held where the final fit ended.
     """
     every: list[Wanted] = []
     for option in found.added[:_MEASURED]:

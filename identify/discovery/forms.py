@@ -29,7 +29,7 @@ from identify.vibration.problem import Problem
 _LOOKED, _WHOLE = 3, 2
 """The most important effects, whose other forms are looked at; how many of these are taken to all lines."""
 _RIVAL = float(np.log(0.01))
-"""Log odds above which something else in an effect's place is told: a probability of 1 %."""
+"""Log odds above which something else in an effect's place is reported: a probability of 1 %."""
 
 
 def in_other_forms(workers: Workers, state: State, story: Story) -> State:

@@ -30,7 +30,7 @@ _REDUCED = 12
 _FEW_LINES, _ALL_LINES = 1e-4, 1e-6
 """Relative change of a sum of squares at which a fit ends."""
 _FAR, _COARSE = 5.0, 1e-2
-"""The gap above which errors of what was told are not followed to the end, and where they end."""
+"""The gap above which nuisance parameters are not followed to the end, and where they end."""
 
 
 class TrialRunner:
@@ -116,7 +116,7 @@ def best_of(problem: Problem, starts: Array) -> Array:
 
 def fitted(problem: Problem, start: Array, steps: int, tolerance: float) -> tuple[Array, float]:
     """From start (unknowns,), after so many steps at most, to the greatest likelihood near it; values and
-    cost.  With errors of what was told it ends coarsely where it is far from the data: they creep on to make
+    cost.  With nuisance parameters it ends coarsely where it is far from the data: they creep on to make
     up for what the model lacks.
     """
     objective = likelihood(problem)

@@ -60,7 +60,7 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class Joint:
-    """What is known of parameters and errors of what was told together, on the search scale.
+    """What is known of parameters and nuisance parameters together, on the search scale.
 
     root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
     the covariance of the free parameters that comes from noise, widening (f,): by how much it was taken wider
@@ -171,7 +171,7 @@ def joint_uncertainty(
     notes: tuple[str, ...] = (),
     widening: Array | float = 1.0,
 ) -> Uncertainty:
-    """Uncertainty of parameters beside errors of what was told: marginal, with what is known of both.
+    """Uncertainty of parameters beside nuisance parameters: marginal, with what is known of both.
 
     information (u, u): J'J of all free unknowns on the search scale; errors (u,): which of them are errors,
     each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
@@ -198,7 +198,7 @@ def propagated_uncertainty(
     notes: tuple[str, ...] = (),
     widening: Array | float = 1.0,
 ) -> Uncertainty:
-    """`sandwich` of parameters that were fitted with errors of what was told held at nothing: moved (f, e) is
+    """`sandwich` of parameters that were fitted with nuisance parameters held at nothing: moved (f, e) is
     how far a standard deviation of each error moves the optimum, on the search scale.
 
     The truth is the optimum, plus what noise does, plus moved times the errors, of which the data then tell

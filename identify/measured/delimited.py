@@ -10,7 +10,7 @@ comments.
 - wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `...
 phase_deg`,
   and optionally `... coherence`; a column may lack its pair where the options name one of each; frequencies
-  may be told by start and step; the key `columns` names the columns of a file that does not;
+  may be given by start and step; the key `columns` names the columns of a file that does not;
 - time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the
 hits.
 """

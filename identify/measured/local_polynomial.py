@@ -9,7 +9,7 @@ linear least squares tell G_0 = H(k) and the variance of V (Pintelon and Schouke
 ed., section 7.2).  Windows do not overlap, so that no two lines share noise.
 
 A controller feeds noise of the responses back into the torque, which biases Y / U.  Where what excited the
-loop was recorded, R, responses and torques are both told by it, and G = G_yr G_ur^-1 (section 7.2.7).
+loop was recorded, R, responses and torques are both related to it, and G = G_yr G_ur^-1 (section 7.2.7).
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ _ACROSS = 0.01
 """Transverse sensitivity of a good accelerometer: a channel that moves less than this part of what others do
 measures their motion."""
 _PLAINLY = 1.5
-"""Scatter over stated noise from which a reader is told."""
+"""Scatter over stated noise from which a reader is warned."""
 _DENSE = 2000
 """Numbers in a basis up to which the zeros among them take less time than their leaving out."""
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ two parts: that of each response, and that of the force, which all responses of 
 exponential window exp(-d t) correlates both over lines: at a distance of k lines by c / (c + 2 pi i k), c =
 2 d T, T the length of the record.
 
-Where things are not quite as told (`uncertainty:` of the study), their errors are unknowns too
+Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too
 (`identify.planning.told`).
 """
 
@@ -61,8 +61,8 @@ class AfterTest:
     _told: dict[int, Told] = field(default_factory=dict)
 
     def precision(self, chosen: Chosen) -> Array:
-        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the errors of what was
-        told.
+        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the nuisance parameters
+        .
         """
         planned = [self._planned(int(number), chosen) for number in chosen[0]]
         nuisances = nuisances_of(self.known, planned)

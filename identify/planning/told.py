@@ -1,4 +1,4 @@
-"""Errors of what was told (`uncertainty:` of the study) as unknowns of a test that is to be done.
+"""Nuisance parameters (`uncertainty:` of the study) as unknowns of a test that is to be done.
 
 Errors of links and lengths go along from the fit, with the covariance that it found; those of sensors, gains,
 impacts and joint angles come anew with the test, as they were stated.

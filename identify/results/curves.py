@@ -20,7 +20,7 @@ class CurveTable:
     curve over its standard deviation, and whether they were fitted; laws (n): simple laws, likeliest first,
     with the gap that each leaves and log odds (of the first over the second, of the others over the first);
     peak_n: strength of the impacts, NaN where all are alike; axis: how its direction was found to differ;
-    errors_held: whether errors of what was told were held as they were fitted.
+    errors_held: whether nuisance parameters were held as they were fitted.
     """
 
     place: str

@@ -122,7 +122,7 @@ def shapes(robot: Robot) -> dict[str, Shape]:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is told of a robot whose bodies are made: mass_kg, of all of it, by its data sheet; base_kg, of
+    """What is stated of a robot whose bodies are made: mass_kg, of all of it, by its data sheet; base_kg, of
     what does not move; motors, kg by the joint that each turns; everything: also where the file has bodies.
     """
 
@@ -163,7 +163,7 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
 
 
 def _centred(body: Link, centre: Array) -> Link:
-    """With the centre that was told, where it was."""
+    """With the stated centre, where it was."""
     return replace(body, centre=centre) if np.any(centre) else body
 
 

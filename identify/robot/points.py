@@ -117,7 +117,7 @@ def new_points_text(points: Mapping[int, Point]) -> str:
 
 
 def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
-    """The cells that say where a point is and how its sensor is turned; none where it is as told."""
+    """The cells that say where a point is and how its sensor is turned; none where it is as stated."""
     if point is None:
         return {}
     found = {"link": point.link}

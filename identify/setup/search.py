@@ -125,7 +125,7 @@ def _again(plain: Candidate, best: Candidate) -> Candidate:
 
 
 def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
-    """What was tried, best first, if that helps: by logarithms, or, because errors of what was told leave
+    """What was tried, best first, if that helps: by logarithms, or, because nuisance parameters leave
     these apart too, by the likelihood with such errors fitted along.  Bodies that can be help in any case.
     """
     if tried and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot)):

@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.vibration.costs.target import FrfTarget
 
 _LEFT = 0.25
-"""A fault is told where at most this share of the channels' squared residual is left with it."""
+"""A fault is reported where at most this share of the channels' squared residual is left with it."""
 _ALIKE = 0.5
 """And of their squared FRFs: what does not resemble the model either way has another fault."""
 

@@ -1,4 +1,4 @@
-"""What a fit found of errors of what was told, as corrections: of links, places of joints, points and their
+"""What a fit found of nuisance parameters, as corrections: of links, places of joints, points and their
 sensors, and joint angles; and what it left uncertain of them.
 """
 
@@ -46,7 +46,7 @@ Left = dict[str, dict[str | int, dict[str, float]]]
 
 @dataclass(frozen=True)
 class Corrections:
-    """The robot and points of a study as told, and what a fit found of them."""
+    """The robot and points of a study as stated, and what a fit found of them."""
 
     file: StudyFile
     stated: StatedUncertainty
@@ -154,7 +154,7 @@ class Corrections:
 
 
 def _body(found: Link, told: Link, own: Link) -> tuple[Link, bool]:
-    """What was found of a link without its payload; own: the same link as told, without it.
+    """What was found of a link without its payload; own: the same link as stated, without it.
 
     Where the largest moment exceeds the sum of the others, the nearest body that can be, and True.
     """

@@ -12,7 +12,7 @@ from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import covariance_root
 
 _OPEN = 30.0
-"""Half an interval, degrees, from which on a direction is not told."""
+"""Half an interval, degrees, from which on a direction is not reported."""
 
 
 def soft_directions(problem: Problem, trusted: Uncertainty, values: Array) -> list[str]:

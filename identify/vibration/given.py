@@ -37,7 +37,7 @@ from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, 
 @dataclass(frozen=True)
 class Given:
     """One measurement before a model meets it: its data in the band, with their noise where it is known, and
-    length of record; basis: what errors of what was told change, where they are stated.
+    length of record; basis: what nuisance parameters change, where they are stated.
     """
 
     name: str

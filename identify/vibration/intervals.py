@@ -1,9 +1,9 @@
 """The intervals of a fit of vibration, whichever cost it has.
 
-The likelihood fits errors of what was told along, so that its intervals are marginal over them.  No other
+The likelihood fits nuisance parameters along, so that its intervals are marginal over them.  No other
 cost says how an error in kg is to be weighed against its residuals, in Hz or m/N: it is fitted as published,
-with what was told taken as exact, and its optimum is a function of the errors p that were not fitted.  By the
-implicit function theorem
+with what was stated taken as exact, and its optimum is a function of the errors p that were not fitted.  By
+the implicit function theorem
 
     dx/dp = -(J'J)^-1 J' dr/dp
 

@@ -1,4 +1,4 @@
-"""What the fit of a study of vibration is told."""
+"""The plan of the fit of a study of vibration."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from identify.vibration.problem import Problem
 from identify.vibration.study import VibrationStage
 
 _TOLERANCE = 1e-6
-"""Relative change of the sum of squares below which a fit with errors of what was told has converged."""
+"""Relative change of the sum of squares below which a fit with nuisance parameters has converged."""
 _TEMPERATURES = (1e4, 900.0, 100.0, 9.0)
 """With noise far below the errors the valley of the likelihood is narrow and bent.  Squares divided by these,
 in turn, leave the errors near what was stated at first, and the minimum moves on (continuation).
@@ -39,7 +39,7 @@ def fit_plan(problem: Problem) -> FitPlan:
     where a stage names what there is not, or a cost has not the data it compares.
     """
     study, likelihood = problem.file.study, problem.file.study.cost.likelihood
-    # Against another cost than the likelihood errors of what was told cannot be weighed: it is fitted as
+    # Against another cost than the likelihood nuisance parameters cannot be weighed: it is fitted as
     # published, with them held at nothing, and the intervals carry them (`identify.vibration.intervals`).
     parameters = tuple(
         p.at(p.initial, free=p.free and (likelihood or not p.nuisance)) for p in problem.parameters
@@ -70,7 +70,7 @@ def fit_plan(problem: Problem) -> FitPlan:
 
 
 def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objective) -> tuple[Stage, ...]:
-    """The stages where errors of what was told are fitted along: by Gauss-Newton on the study's cost.  Others
+    """The stages where nuisance parameters are fitted along: by Gauss-Newton on the study's cost.  Others
     on that cost search the parameters with errors eliminated, all other stages hold them as they are.
 
     A stage of Gauss-Newton ends the fit, whatever the study says; others lead to the first one.

@@ -44,7 +44,7 @@ from identify.vibration.study_points import study_points
 @dataclass(frozen=True)
 class Measurement:
     """One measurement and the model at its posture (rad); `target` is what a cost compares; uncertain: places
-    errors of what was told on a system, where they are stated.
+    nuisance parameters on a system, where they are stated.
     """
 
     given: Given
@@ -63,7 +63,7 @@ class Measurement:
         return self.given.settings
 
     def at(self, values: Array) -> tuple[System, Array]:
-        """The system that errors of what was told make, at values (unknowns,), and those of the
+        """The system that nuisance parameters make, at values (unknowns,), and those of the
         parameters.
         """
         if isinstance(self.target, FrfTarget):
@@ -225,7 +225,7 @@ def _check_uncertain(given: Sequence[Given]) -> None:
 
 
 def _basis(robot: Robot, points: Mapping[int, Point], nuisances: Nuisances, one: Given) -> Basis:
-    """What errors of what was told change of a measurement."""
+    """What nuisance parameters change of a measurement."""
     told = basis_points(points)
     angles, lengths = nuisances.has("joint"), nuisances.has("kinematics")
     return basis(robot, one.posture, told, one.settings.detached, angles=angles, lengths=lengths)
@@ -268,7 +268,7 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
 
 
 def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem:
-    """The same robot, data and effects where so much of what was told is uncertain."""
+    """The same robot, data and effects where so much of what was stated is uncertain."""
     study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
     file = problem.file.model_copy(update={"study": study.model_copy(update={"uncertainty": settings})})
     told = [m.given for m in problem.measurements]

@@ -91,7 +91,7 @@ def fit_study(
 
 
 def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
-    """The finished run of this very study, data and versions at `path`, told from the hashes of its input
+    """The finished run of this very study, data and versions at `path`, recognised by the hashes of its input
     files, which are not parsed; None where it is damaged, or an input cannot be read.
     """
     try:

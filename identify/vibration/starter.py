@@ -80,7 +80,7 @@ effects:                             # the physics of the model; one line per ef
 {%- endif %}
   # - {kind: base-compliance, axes: [rx, ry]}
   # - {kind: pre-trigger}            # records begin before the impact; slow modes ring on beyond their end
-{{ uncertainty }}              # masses, sensors, gains and angles are not quite as told; or `careful`
+{{ uncertainty }}              # masses, sensors, gains and angles are not quite as stated; or `careful`
 cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
 # optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
 starts: 10                           # at most; fewer when three agree
@@ -314,7 +314,7 @@ def _name(robot: Path) -> str:
 
 
 def _from_ground(robot: Robot) -> str:
-    """How a joint 3 that is counted from the ground would be told."""
+    """How a joint 3 that is counted from the ground would be reported."""
     times = from_ground(robot)
     if times is None:
         return ""

@@ -80,7 +80,7 @@ def new_robot(file: Path, folder: Path, told: Told) -> NewRobot:
 
 
 def _read(settings: RobotSettings, file: Path, told: Told) -> NewRobot:
-    """As it is; InputError for what is told of bodies that are not made."""
+    """As it is; InputError for what is stated of bodies that are not made."""
     for option, value in (("--motor", told.wanted.motors), ("--base-kg", told.wanted.base_kg)):
         if value:
             why = "no body is made of a mesh, because the file has them all"

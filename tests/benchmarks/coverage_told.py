@@ -1,5 +1,5 @@
-"""How often the 95 % intervals of a fit with stated uncertainty hold the truth where what is told is really a
-little wrong: python -m tests.benchmarks.coverage_told [--uncertainty careful|typical] [--seeds 200].
+"""How often the 95 % intervals of a fit with stated uncertainty hold the truth where what is stated is really
+a little wrong: python -m tests.benchmarks.coverage_told [--uncertainty careful|typical] [--seeds 200].
 
 The arm told and its postures stay as they are.  For every seed the arm is soiled anew
 (`tests.generator.dirt`), hit with new impacts by a hammer held askew anew, and recorded with new noise; then

@@ -36,7 +36,7 @@ class _Told:
 
 def at_once(workers: Workers, state: State, story: Story) -> State:
     """With what a dense model names beside the state, refitted; the state itself where nothing is open, and
-    no error of what was told is beyond belief, or where nothing has evidence.
+    no nuisance parameter is beyond belief, or where nothing has evidence.
     """
     if closed(state.model) and believable(state.problem, state.model.values):
         return state

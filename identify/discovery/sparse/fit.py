@@ -56,7 +56,7 @@ class Found:
 
     @property
     def log_evidence(self) -> float:
-        """Logarithm of the marginal likelihood but for a constant: errors of what was told integrated out
+        """Logarithm of the marginal likelihood but for a constant: nuisance parameters integrated out
         (Laplace), half ln N for each of the other unknowns.
         """
         error = self.unknowns.nuisances

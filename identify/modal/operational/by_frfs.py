@@ -83,7 +83,7 @@ def _tell(
         told.refuse(r, hz, f"the residue of the FRFs is turned by {turn} against it: signs, or another mode?")
         return
     weight = product.conj() / size * (abs(whole) / whole)
-    # A channel told too large by a part e makes its products larger by e, and their squares by 2 e.
+    # A channel too large by a part e makes its products larger by e, and their squares by 2 e.
     change = (weight * own).real - 2 * abs(whole) * np.abs(product) ** 2 / size
     each = np.zeros(len(psi))
     np.add.at(each, pairs.first, change)

@@ -314,7 +314,8 @@ def _loads(
     omega: Array, std: Array, moved: Sequence[Array], square: tuple[Array, Array], mixed: bool
 ) -> tuple[loading.Loading, tuple[float, float]]:
     """What explains the poles, and the sensor's mass, kg, with its standard deviation: where drive points
-    tell modal masses, one mass for all modes is told by those that tell it well, and then helps the others.
+    tell modal masses, one mass for all modes is estimated by those that determine it well, and then helps the
+    others.
     """
     alone = loading.explained(omega, std, moved, None, mixed)
     value, seen = square

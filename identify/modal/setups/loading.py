@@ -108,7 +108,7 @@ def _lines(
     omega: Array, wide: Array, weight: Array, moved: Array, told: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[Array, Array]]:
     """Each mode's omega at rest and load, (m,) each, and their standard deviations: the line 1 / omega^2 =
-    (1 + load x moved) / omega_0^2 through all setups, with loads (m,) that are told to a standard deviation.
+    (1 + load x moved) / omega_0^2 through all setups, with loads (m,) known to a standard deviation.
     """
     top = np.max(np.where(weight > 0, omega, 0.0), axis=1)
     value = (top[:, None] / omega) ** 2

@@ -1,4 +1,4 @@
-"""The inertia of a link that is not quite as told: ten numbers, whatever they are a body with positive
+"""The inertia of a link that is not quite as stated: ten numbers, whatever they are a body with positive
 energy.
 
 A link's mass matrix is linear in its mass, first moments and second moments about its frame
@@ -61,7 +61,7 @@ def changed(link: Link, change: Array) -> Link:
 
 
 def _told(links: Sequence[Link]) -> Array:
-    """(links, 3, 3): inertia about the centres as told."""
+    """(links, 3, 3): inertia about the centres as stated."""
     return np.array([link.inertia for link in links]).reshape(-1, 3, 3)
 
 

@@ -78,8 +78,7 @@ def sentences(curve: CurveTable) -> str:
         )
     if curve.errors_held:
         said.append(
-            "Errors of what was told are held as they were fitted; intervals leave out how far these may be"
-            " off."
+            "Nuisance parameters are held as they were fitted; intervals leave out how far these may be off."
         )
     return " ".join(said)
 

@@ -148,7 +148,7 @@ def few(options: OptionTable) -> slice:
     return slice(0, min(SHOWN, len(options.sentence)))
 
 
-STANDINGS = ("best", "cannot be told from it", "other")
+STANDINGS = ("best", "cannot be distinguished from it", "other")
 
 
 def standings(step: StepResult) -> list[int]:

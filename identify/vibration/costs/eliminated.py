@@ -1,6 +1,6 @@
 """The likelihood as a function of the parameters alone, for optimizers that search without gradients: errors
-of what was told are where they are best at each point, by what they change where the search begins (variable
-projection; Golub and Pereyra, Inverse Problems 19, 2003).
+of what was stated are where they are best at each point, by what they change where the search begins
+(variable projection; Golub and Pereyra, Inverse Problems 19, 2003).
 
     cost^2 = min over d of |r + J d|^2 + |nu + d|^2,   J = dr/dnu where the search begins
 """

@@ -23,7 +23,7 @@ LOG_LEAST = 1e-3
 """Of the measured FRF: what the model moves less is as far off as this, such as all that a rigid bearing does
 not move."""
 _KEPT_BYTES = 400_000_000
-"""Derivatives that are kept to tell how residuals bend; that is not told of larger data, nor where every
+"""Derivatives that are kept to tell how residuals bend; they are not kept of larger data, nor where every
 prediction simulates impacts."""
 
 
@@ -145,7 +145,7 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
 
 
 class PosteriorObjective(ProductObjective):
-    """The same with errors of what was told fitted along: their squares, in units of their standard
+    """The same with nuisance parameters fitted along: their squares, in units of their standard
     deviations, count as residuals (maximum a posteriori), but not as measured numbers.
 
     temperature: what squared residuals are divided by, for stages that lead to the likelihood.
@@ -208,7 +208,7 @@ class PosteriorObjective(ProductObjective):
 
 
 def add_errors(product: Array, values: Array, free: Index, errors: Index) -> None:
-    """Add to [J r]'[J r] (free + 1, free + 1) the errors of what was told, numbers among the values
+    """Add to [J r]'[J r] (free + 1, free + 1) the nuisance parameters, numbers among the values
     (unknowns,), as residuals.
     """
     own = np.flatnonzero(np.isin(free, errors))

@@ -172,7 +172,7 @@ class FrfTarget:
         return replace(self, system=system, out=at.out, force=at.force, nuisances=None)
 
     def impact_with_errors(self, errors: Array) -> SimulatedImpact:
-        """What is simulated where what was told is off by errors (nuisances,)."""
+        """What is simulated where what was stated is off by errors (nuisances,)."""
         assert self.simulated is not None and self.nuisances is not None
         at = state(self.nuisances, errors)
         return replace(
@@ -477,7 +477,7 @@ def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
 class Targets:
     """All data that a cost compares; the impacts on nonlinear systems are simulated together.
 
-    nuisances: numbers of the unknowns that are errors of what was told, which cost their squares.
+    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
     """
 
     frf: tuple[FrfTarget, ...] = ()

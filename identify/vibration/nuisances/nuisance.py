@@ -27,12 +27,12 @@ FORCE = "force"
 IMPACTS = "impacts"
 """The place of what all impacts share."""
 _ERROR = ".error"
-"""What the name of every error of what was told ends in, and of no other parameter."""
+"""What the name of every nuisance parameter ends in, and of no other parameter."""
 Key = tuple[str, str, str]
 
 
 def bare(values: Mapping[str, float]) -> dict[str, float]:
-    """Values by name without those of errors of what was told, which then begin at nothing."""
+    """Values by name without those of nuisance parameters, which then begin at nothing."""
     return {name: value for name, value in values.items() if not name.endswith(_ERROR)}
 
 
@@ -138,7 +138,7 @@ class Nuisances:
 
 
 NOTHING = Nuisances(())
-"""All is exactly as told."""
+"""All is exactly as stated."""
 
 
 class Tested(Protocol):

@@ -147,7 +147,7 @@ class State:
     """What the nuisances of a measurement make of it at some values.
 
     mass, stiffness (n, n): what they add; slopes (L, 10, 10) of the links' inertial parameters; motion
-    (P, 6, n) of the told points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
+    (P, 6, n) of the nominal points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
     sensors; sensors (P, 3, 3): rows are their axes; gain (outputs,) with the channels' signs; struck
     (inputs, 3): turns of the impacts about sensor axes, directions (inputs, 3) of the impacts in link axes;
     scale (inputs,): their signs over the sensitivity of the force transducer; out (outputs, n), force
@@ -215,12 +215,12 @@ def read(ends: Ends, motion: Array, shift: Array, sensors: Array, gain: Array) -
 
 
 def push(ends: Ends, motion: Array, applied: Array, scale: Array) -> Array:
-    """(n, inputs): generalised forces of wrenches (inputs, 6) about the told points."""
+    """(n, inputs): generalised forces of wrenches (inputs, 6) about the nominal points."""
     return np.asarray(np.einsum("ikn,ik,i->ni", motion[ends.point], applied, scale))
 
 
 def wrench(ends: Ends, directions: Array, shift: Array) -> Array:
-    """(inputs, 6): force and moment about the told place of the point of unit impacts."""
+    """(inputs, 6): force and moment about the nominal place of the point of unit impacts."""
     is_force = (ends.axis < 3)[:, None]
     lever = cross(shift[ends.point], directions)
     return np.concatenate(

@@ -1,4 +1,4 @@
-"""Errors of what was told, in words."""
+"""Nuisance parameters, in words."""
 
 from __future__ import annotations
 

@@ -277,7 +277,7 @@ def test_it_is_found_in_a_simulated_test(
 
 @pytest.fixture(scope="module")
 def rubbing(tested: Callable[[str], Path]) -> Problem:
-    """A test of an arm with friction, two levels, whose impacts were not quite as told."""
+    """A test of an arm with friction, two levels, whose impacts were not quite as stated."""
     path = _study(tested("friction_j2"), [FRICTION])
     study = json.loads(path.read_text()) | {"uncertainty": {"impacts": {"strength": 0.3, "duration": 0.2}}}
     for one, factor in zip(study["measurements"], (0.6, 1.4), strict=True):

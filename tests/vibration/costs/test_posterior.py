@@ -1,4 +1,4 @@
-"""What the posterior of FRFs and errors of what was told says of how its residuals bend."""
+"""What the posterior of FRFs and nuisance parameters says of how its residuals bend."""
 
 from __future__ import annotations
 
