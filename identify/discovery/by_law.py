@@ -4,13 +4,13 @@ stiffness of simple form at the best of them.
 
 from __future__ import annotations
 
+from identify.discovery.decimated import without_amplitude
 from identify.discovery.evidence import closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.state import Added, State, convincing
 from identify.discovery.task import Task
-from identify.discovery.thinned import without_amplitude
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 

@@ -161,23 +161,23 @@ def _table(
         law_gap=np.array([one.gap for one in ranked]),
         law_log_odds=np.array([one.log_odds for one in ranked]),
         peak_n=peak_n,
-        axis=_axis(model.place, curve.lean),
+        axis=_axis(model.place, curve.misalignment),
         errors_held=held,
     )
 
 
-def _axis(place: Place, lean: Array) -> str:
+def _axis(place: Place, misalignment: Array) -> str:
     """How its direction was found to differ from its coordinate, and how surely; empty where that is not
     seen.
     """
     if not isinstance(place, Release):
         return ""
-    leans = ", ".join(
+    turns = ", ".join(
         turned(name, by, f" ± {SIGMAS_95 * np.degrees(np.arctan(std)):.2f}")
-        for name, (by, std), clear in zip(place.towards, lean, seen(lean), strict=True)
+        for name, (by, std), clear in zip(place.towards, misalignment, seen(misalignment), strict=True)
         if clear
     )
-    return f"the axis is turned from {place.coordinates[0]} by {leans}" if leans else ""
+    return f"the axis is turned from {place.coordinates[0]} by {turns}" if turns else ""
 
 
 def _unit(place: Place) -> str:

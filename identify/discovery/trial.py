@@ -12,10 +12,10 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
+from identify.discovery.decimated import count_of, decimated, free_of, left_out, without_amplitude
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import count_of, free_of, left_out, thinned, without_amplitude
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -37,7 +37,7 @@ class TrialRunner:
     """Where models are fitted: a problem with all its lines and with few of them."""
 
     def __init__(self, problem: Problem) -> None:
-        self.whole, self.thin = problem, thinned(problem)
+        self.whole, self.thin = problem, decimated(problem)
         self.kept = self.thin if problem.validated else left_out(self.thin)
         self._fitter: tuple[Known, PlaceFitter] | None = None
         lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]

@@ -1,4 +1,4 @@
-"""A modal model on its way: a fit and the candidate behind each of its poles, refined and thinned out."""
+"""A modal model on its way: a fit and the candidate behind each of its poles, refined and pruned."""
 
 from __future__ import annotations
 

@@ -24,8 +24,10 @@ _TEMPERATURES = (1e4, 900.0, 100.0, 9.0)
 """With noise far below the errors the valley of the likelihood is narrow and bent.  Squares divided by these,
 in turn, leave the errors near what was stated at first, and the minimum moves on (continuation).
 """
-_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
-"""How each of them is minimised: roughly."""
+_LEADING = GaussNewton(evaluations=15, tolerance=1e-3)
+"""How each of them is minimised: roughly, but not so roughly that a stage ends where tempered data hardly
+matter and impacts that make a joint slip are not yet found.
+"""
 _ROUNDS = 2
 """How often errors are linearised anew under an optimizer that searches the parameters alone."""
 _ALIKE = 1e-3

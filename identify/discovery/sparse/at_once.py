@@ -8,13 +8,13 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import listed
+from identify.discovery.decimated import decimated, without_amplitude
 from identify.discovery.evidence import closed
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.search import explain
 from identify.discovery.state import Added, State
 from identify.discovery.task import FEW_STEPS, Task
-from identify.discovery.thinned import thinned, without_amplitude
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
@@ -62,7 +62,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
 def _explained(state: State, story: Story) -> list[Any]:
     """What the dense fits say, as JSON has it."""
     study = state.problem
-    thin = without_amplitude(thinned(study), state.effects, state.model.values)
+    thin = without_amplitude(decimated(study), state.effects, state.model.values)
     unseen = partial(_unseen, study, state) if study.validated else None
     found = explain(_from_the_study(thin, study), story, unseen)
     named = [

@@ -108,8 +108,8 @@ def place(
         ),
         nuisances.slot([("channel", FORCE, "gain")], ()),
         nuisances.slot([("set", name, "delay")], ()),
-        nuisances.slot([("blow", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
-        nuisances.slot([("blow", IMPACTS, "duration")], ()),
+        nuisances.slot([("impulse", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
+        nuisances.slot([("impulse", IMPACTS, "duration")], ()),
     )
 
 

@@ -16,7 +16,7 @@ _KINDS = {
     "kinematics": "places of joints",
     "set": "delays",
     "form": "forms of bending links",
-    "blow": "strengths of impacts",
+    "impulse": "strengths of impacts",
 }
 
 
