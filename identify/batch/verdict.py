@@ -96,7 +96,7 @@ def dependence_verdict(d: DependenceTable) -> str:
         return (
             f"No parameter depends on posture, as far as the intervals of {tested.sum()} parameters can tell."
         )
-    named = ", ".join(_told(d, row) for row in found[:3]) + (
+    named = ", ".join(_dependence(d, row) for row in found[:3]) + (
         f" and {len(found) - 3} more" if len(found) > 3 else ""
     )
     depend = "depends" if len(found) == 1 else "depend"
@@ -106,7 +106,7 @@ def dependence_verdict(d: DependenceTable) -> str:
     )
 
 
-def _told(d: DependenceTable, row: int) -> str:
+def _dependence(d: DependenceTable, row: int) -> str:
     return (
         f"{d.parameter[row]} (scatter {100 * d.scatter[row]:.2g} %)"
         if d.scatter[row] > 0

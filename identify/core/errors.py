@@ -21,8 +21,8 @@ class InputError(Exception):
             parts.append(f"expected {expected}")
         if fix:
             parts.append(fix)
-        told = "; ".join(parts)
-        super().__init__(told if told.endswith("?") else told + ".")
+        whole = "; ".join(parts)
+        super().__init__(whole if whole.endswith("?") else whole + ".")
         self.where, self.found, self.expected, self.fix = where, found, expected, fix
 
 

@@ -184,8 +184,8 @@ def joint_uncertainty(
     bread = root @ root.T
     wider = np.broadcast_to(widening, len(own))
     from_noise = noise(bread[own]) * np.outer(wider, wider)
-    told = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, information + np.diag(known), from_noise, errors, wider, told)
+    summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
+    return _marginal(root, information + np.diag(known), from_noise, errors, wider, summary)
 
 
 def propagated_uncertainty(
@@ -214,8 +214,8 @@ def propagated_uncertainty(
     without = information + np.diag(prior)
     across = -without @ moved
     both = np.block([[without, across], [across.T, np.eye(count_of_errors) - moved.T @ across]])
-    told = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, both, from_noise, errors, wider, told)
+    summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
+    return _marginal(root, both, from_noise, errors, wider, summary)
 
 
 def _marginal(
@@ -224,17 +224,17 @@ def _marginal(
     from_noise: Array,
     errors: Mask,
     wider: Array,
-    told: Callable[[Array, Array, Array], Uncertainty],
+    summary: Callable[[Array, Array, Array], Uncertainty],
 ) -> Uncertainty:
     """Of the parameters, with what is known of both: root (u, u) of the inverse of the information (u, u);
-    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,); told: what is
-    said of information, covariance and its inverse, each (f, f).
+    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,); summary: what
+    is said of information, covariance and its inverse, each (f, f).
     """
     own, bread = np.flatnonzero(~errors), root @ root.T
     stated = bread[np.ix_(own, np.flatnonzero(errors))]
     directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
     reduced = (directions / sizes**2) @ directions.T
-    found = told(reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)])
+    found = summary(reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)])
     more = np.ones(len(errors))
     more[own] = found.std / found.independent_std
     spread = np.sqrt(np.diag(bread)[errors])

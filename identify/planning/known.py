@@ -47,7 +47,7 @@ class Known:
     the noise of an accelerance; band (3,): lowest, highest frequency and resolution, Hz.
 
     config: text of the study; config_folder: where its paths begin, None in the text of a fit.  settings:
-    what was said to be uncertain of what was stated; told: what a fit found of it.
+    what was said to be uncertain of what was stated; fitted: what a fit found of it.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Known:
     config: str
     config_folder: Path | None
     settings: UncertaintySettings | None = None
-    told: FittedErrors | None = None
+    fitted: FittedErrors | None = None
 
     @property
     def free_model(self) -> FreeModel:
@@ -80,7 +80,7 @@ def known_of(
     path: Path, noise: float | None, resolution: float | None, force_noise: float | None = None
 ) -> Known:
     """Of a study or a fit; noise, m/s^2/N, resolution, Hz, and the noise of the force, relative, where they
-    are told.
+    are known.
 
     InputError for a file that is neither, and where noise, band or resolution is not known.
     """
@@ -185,11 +185,11 @@ def _noise(frfs: list[FrfComparison], floor: float | None, relative: float | Non
     noise, size = (np.concatenate(column) for column in zip(*known, strict=True))
     columns = np.stack([np.ones_like(size), size**2], axis=1) / noise[:, None] ** 2  # relative errors alike
     own = np.sqrt(scipy.optimize.nnls(columns, np.ones(len(size)))[0])
-    told = [
+    levels = [
         float(value) if given is None else given for value, given in zip(own, (floor, relative), strict=True)
     ]
-    growth = () if floor is not None or relative is not None else noise_growth(found, told[0], told[1])
-    return TestNoise(told[0], told[1], decay, growth)
+    growth = () if floor is not None or relative is not None else noise_growth(found, levels[0], levels[1])
+    return TestNoise(levels[0], levels[1], decay, growth)
 
 
 def noise_growth(frfs: list[FrfComparison], floor: float, relative: float) -> tuple[float, ...]:

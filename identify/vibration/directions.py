@@ -46,5 +46,5 @@ def _sentence(name: str, unit: str, matrix: Array, root: Array) -> str:
     values = f"{soft:.4g} {unit} there, {stiff:.4g} {unit} across it"
     if not half < _OPEN:
         return f"{what} a direction across its z axis that the data do not determine: {values}."
-    told = (angle + 90.0) % 180.0 - 90.0
-    return f"{what} a direction {told:.1f}° ± {half:.2g}° from its x axis towards y: {values}."
+    angle_deg = (angle + 90.0) % 180.0 - 90.0
+    return f"{what} a direction {angle_deg:.1f}° ± {half:.2g}° from its x axis towards y: {values}."

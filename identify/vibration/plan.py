@@ -87,14 +87,14 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
     held = list[Stage]()
     for stage in stages:
         if moves_errors(stage):
-            held.append(replace(stage, optimizer=_told(stage.optimizer)))
+            held.append(replace(stage, optimizer=_tolerant(stage.optimizer)))
         elif stage.objective is objective and isinstance(objective, PosteriorObjective):
             held += _eliminating(stage, objective, errors, problem.initial)
         else:
             held.append(replace(stage, moves=stage.moves & ~errors))
     if not moves_errors(stages[-1]):
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
-        held.append(Stage(_told(GaussNewton()), objective, moves))
+        held.append(Stage(_tolerant(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
     targets, moves = problem.targets(), held[first].moves | errors
     leading = [
@@ -116,7 +116,7 @@ def _eliminating(
     return [held, best, *[eliminated, best] * _ROUNDS]
 
 
-def _told(optimizer: Optimizer) -> Optimizer:
+def _tolerant(optimizer: Optimizer) -> Optimizer:
     """With a tolerance that is enough for so many unknowns, unless the study states one."""
     if "tolerance" in optimizer.model_fields_set:
         return optimizer

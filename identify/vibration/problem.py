@@ -226,9 +226,9 @@ def _check_uncertain(given: Sequence[Given]) -> None:
 
 def _basis(robot: Robot, points: Mapping[int, Point], nuisances: Nuisances, one: Given) -> Basis:
     """What nuisance parameters change of a measurement."""
-    told = basis_points(points)
+    nominal = basis_points(points)
     angles, lengths = nuisances.has("joint"), nuisances.has("kinematics")
-    return basis(robot, one.posture, told, one.settings.detached, angles=angles, lengths=lengths)
+    return basis(robot, one.posture, nominal, one.settings.detached, angles=angles, lengths=lengths)
 
 
 def _check_initial(problem: Problem) -> None:
@@ -271,8 +271,8 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     """The same robot, data and effects where so much of what was stated is uncertain."""
     study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
     file = problem.file.model_copy(update={"study": study.model_copy(update={"uncertainty": settings})})
-    told = [m.given for m in problem.measurements]
-    nuisances, given = _uncertain(settings, problem.robot, problem.points, told)
+    given = [m.given for m in problem.measurements]
+    nuisances, given = _uncertain(settings, problem.robot, problem.points, given)
     robot, points, reference = problem.robot, problem.points, problem.reference
     built = already_built(problem, with_sites=True)
     return assembled(file, robot, points, given, values, reference, built, nuisances)
@@ -347,8 +347,8 @@ def _measurement(
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))
-        told = (given.name, given.data, system, points, given.noise, given.record)
-        return Measurement(given, system, frf_target(*told, impact, uncertain), uncertain)
+        known = (given.name, given.data, system, points, given.noise, given.record)
+        return Measurement(given, system, frf_target(*known, impact, uncertain), uncertain)
     out = (
         channel_rows(system, points, given.data.channels, given.name)
         if given.data.shapes is not None

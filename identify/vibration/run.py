@@ -83,9 +83,9 @@ def fit_study(
             settled, found = with_records(problem, fitted, progress.show)
             result = evaluate(settled, found, key, profiled)
             inputs = came_from.input_sha256  # as they were when they were read
-            told = dataclasses.replace(result.provenance, input_sha256=inputs)
+            renamed = dataclasses.replace(result.provenance, input_sha256=inputs)
             said = () if advise is None else tuple(advise(settled, result.gap))
-            return dataclasses.replace(result, provenance=told, verdict=(*said, *result.verdict))
+            return dataclasses.replace(result, provenance=renamed, verdict=(*said, *result.verdict))
 
         return resumable(path, key, results.FitResult, compute, resume=resume, replace=replace)
 

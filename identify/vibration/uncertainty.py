@@ -172,7 +172,7 @@ def _disagreeing(plain: Uncertainty, own: Scale, wider: Array) -> list[str]:
     """A sentence where forces disagree far more than noise allows."""
     names = [own.parameters[number].name for number in own.free]
     rows = zip(wider, names, plain.status, strict=True)
-    most, name = max(((w, name) for w, name, told in rows if told == "determined"), default=(1.0, ""))
+    most, name = max(((w, name) for w, name, word in rows if word == "determined"), default=(1.0, ""))
     if most <= _FAR_MORE:
         return []
     return [

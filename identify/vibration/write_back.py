@@ -143,9 +143,9 @@ class WriteBack:
         data = settings.model_dump(exclude_defaults=True)
         for group, entries in found.left().items():
             part = data.get(group, {})
-            told = {**part.get("each", {})}
-            each = {name: in_one_line({**told.get(name, {}), **own}) for name, own in entries.items()}
-            data[group] = {**part, "each": {**told, **each}}
+            old = {**part.get("each", {})}
+            each = {name: in_one_line({**old.get(name, {}), **own}) for name, own in entries.items()}
+            data[group] = {**part, "each": {**old, **each}}
         points = self.points or Path("no points")
         return _LEFT_NOTE.format(self.robot.name, points.name) + yaml_text({"uncertainty": data})
 

@@ -28,7 +28,7 @@ class ModalMasses:
     reason: Texts
 
 
-class Told:
+class MassesByMode:
     """1 / m of modes, 1/kg, one by one."""
 
     def __init__(self, count: int, reason: str) -> None:

@@ -59,7 +59,7 @@ class Basis:
     geometry: tuple[Geometry, ...]
 
     @cached_property
-    def told(self) -> Array:
+    def nominal(self) -> Array:
         """Inertial parameters (links, 10) as stated."""
         return moments(self.links, np.zeros((len(self.links), 10)))[0]
 

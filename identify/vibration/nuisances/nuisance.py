@@ -111,7 +111,7 @@ class Nuisances:
         """With errors of the forms of a model's effects, and of the impacts of the measurements in which it
         has them simulated, in place of those of another's.
         """
-        told = (one for one in self.entries if one.group not in ("form", "impulse"))
+        kept = (one for one in self.entries if one.group not in ("form", "impulse"))
         more = [
             Nuisance("form", form.place, name, settings.std("flexible_links", what), "1")
             for form in forms
@@ -125,7 +125,7 @@ class Nuisances:
         ]
         if simulated:
             more.append(Nuisance("impulse", IMPACTS, "duration", settings.std("impacts", "duration"), "1"))
-        return Nuisances((*told, *(one for one in more if one.std > 0)))
+        return Nuisances((*kept, *(one for one in more if one.std > 0)))
 
     def has(self, group: str) -> bool:
         """Whether anything of a group is uncertain."""

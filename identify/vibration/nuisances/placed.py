@@ -232,7 +232,7 @@ def _inertia(placed: Placed, values: Array) -> tuple[Array, Array, Array]:
     """What other inertias add to M and K_g, (n, n) each, and the slopes (L, 10, 10) of the parameters."""
     basis = placed.basis
     found, slopes = moments(basis.links, placed.links.at(values))
-    return *basis.added(found - basis.told), slopes
+    return *basis.added(found - basis.nominal), slopes
 
 
 def _directions(placed: Placed, turns: Array) -> Array:

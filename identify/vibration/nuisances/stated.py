@@ -71,12 +71,12 @@ def _outstanding(entries: Sequence[Nuisance], shift: Array) -> list[str]:
     together = list(groups(entries))
     chances = [float(scipy.special.chdtrc(len(group), np.sum(shift[group] ** 2))) for group in together]
     order = np.argsort(chances)
-    told = [
+    reasons = [
         sentence([entries[n] for n in together[g]], shift[together[g]])
         for g in order[:_FEW]
         if chances[g] < _NOTABLE
     ]
-    return [f"The data say that {listed(told)}."] if told else []
+    return [f"The data say that {listed(reasons)}."] if reasons else []
 
 
 def _too_small(entries: Sequence[Nuisance], shift: Array, spread: Array) -> Iterator[str]:
