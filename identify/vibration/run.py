@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
@@ -27,30 +27,37 @@ Advise = Callable[[Problem, float], Sequence[str]]
 """Sentences on a problem that was fitted and left this gap."""
 
 
+class How(TypedDict, total=False):
+    """How a fit is run: processes that run starts side by side; whether an interrupted run is taken up; what
+    is said first of the problem and its gap.
+    """
+
+    workers: int | None
+    resume: bool
+    advise: Advise | None
+
+
 def run_fit(
     config: Path,
     out: Path | None,
     overrides: dict[str, Any],
     progress: Progress | None = None,
     *,
-    workers: int | None = None,
-    resume: bool = False,
     profile: Sequence[str] = (),
     write_back: Path | None = None,
-    advise: Advise | None = None,
+    **how: Unpack[How],
 ) -> tuple[results.FitResult, list[Path]]:
     """Fit the study in `config`, write the result and return it with what was written, its path first;
     overrides replace keys of the study.
 
-    workers: processes that run starts side by side; profile: names of parameters whose profile likelihood is
-    wanted; write_back: a folder for the robot and the points as they were found; advise: what is said first
-    of the problem and its gap.  While it runs, the part file beside it keeps what `resume` needs; a finished
-    run of the same study is not run again by it.
+    profile: names of parameters whose profile likelihood is wanted; write_back: a folder for the robot and
+    the points as they were found.  While it runs, the part file beside it keeps what `resume` needs; a
+    finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
     back = None if write_back is None else WriteBack(file, write_back)
-    result = fit_study(file, path, progress, workers=workers, resume=resume, profiled=profile, advise=advise)
+    result = fit_study(file, path, progress, profiled=profile, **how)
     return result, [path, *(() if back is None else back.write(result))]
 
 

@@ -34,8 +34,8 @@ _CHANGED = (
     " finds some of these errors again"
 )
 _LEFT_NOTE = """\
-# What a fit left uncertain of what was stated, one standard deviation each: for other tests of this robot,
-with # {} and {}. With the data of that fit, these would count twice.
+# What a fit left uncertain of what was stated, one standard deviation each: for other tests of this robot
+# with {} and {}. With the data of that fit, these would count twice.
 """
 
 
