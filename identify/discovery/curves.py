@@ -163,6 +163,7 @@ def _table(
         peak_n=peak_n,
         axis=_axis(model.place, curve.misalignment),
         errors_held=held,
+        site=place.sentence(),
     )
 
 

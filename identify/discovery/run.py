@@ -227,6 +227,7 @@ def _step(problem: Problem, found: Discovery, number: int, bands: Array) -> Step
             tuple(p.name for p in by_part),
             np.array([p.gap for p in by_part]),
             np.array([p.share for p in by_part]),
+            np.array([p.frequency_hz for p in by_part]),
         ),
         options=_options(step),
         best=step.best.effect.sentence() if step.best else "",

@@ -17,6 +17,7 @@ def _curve(peak_n: float, value: complex, std: float) -> CurveTable:
     noise = std * (rng.normal(size=(50, 2)) @ np.array([1.0, 1j]))
     return CurveTable(
         place=f"something beside the spring of joint2.rz, impacts of {peak_n:.0f} N",
+        site="something beside the spring of joint2.rz",
         effect="",
         unit="N m/rad",
         gap=1.0,

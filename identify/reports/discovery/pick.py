@@ -130,17 +130,13 @@ def part_bars(parts: PartTable, gap: float) -> list[Bars]:
         if len(rows) < 2:
             continue
         shown = (
-            sorted(rows[:SHOWN], key=lambda row: _frequency(parts.name[row]))
-            if kind in _ALONG
+            sorted(rows[:SHOWN], key=lambda row: parts.frequency_hz[row])
+            if kind in _ALONG and len(parts.frequency_hz)
             else list(rows[:SHOWN])
         )
         share = [f"{100 * parts.share[row]:.0f} %" if gap > QUIET else "" for row in shown]
         found.append(Bars(title, [parts.name[row] for row in shown], parts.gap[shown], share, len(rows)))
     return found
-
-
-def _frequency(name: str) -> float:
-    return float(name.split(maxsplit=1)[0])
 
 
 def few(options: OptionTable) -> slice:
