@@ -7,9 +7,9 @@ most a quarter of the squares in both, and what it explains must be worth more t
     ln odds = n ln(S_0 / S) - ln(hypotheses of a round) for each mistake
 
 with the RMS S of logarithms and the number n of FRFs that are touched: the lines of one FRF are not counted
-one by one, because a model that is wrong is wrong along all of them.  Where the study states how uncertain it
-is, S may be the gap with these errors fitted along instead: they too leave logarithms apart.  Of several
-mistakes each must leave as little beside the others.
+one by one, because a model that is wrong is wrong along all of them.  S may be the gap instead, with the
+errors fitted along that the study states: both noise and they leave logarithms apart.  Of several mistakes
+each must leave as little beside the others.
 """
 
 from __future__ import annotations
@@ -53,7 +53,12 @@ class Decision:
         """The same decision for each of those that are as likely."""
         every = (self.candidate, *self.alike)
         return [
-            replace(self, candidate=one, alike=tuple(other for other in every if other is not one))
+            replace(
+                self,
+                candidate=one,
+                alike=tuple(other for other in every if other is not one),
+                factor=_factor(one) or _factor_within(one),
+            )
             for one in self.alike
         ]
 
@@ -114,12 +119,11 @@ def _left(plain: Score, best: Score, touched: Sequence[Mask], *, levelled: bool)
 
 
 def _left_within(plain: Candidate, best: Candidate, *, levelled_too: bool) -> float:
-    """The share of squares that a correction leaves where what was stated to be uncertain may be so, of
-    those of the study's own model and with every spring; infinity where something is missing all the same.
+    """The share of squared residuals over noise that a correction leaves, where what was stated to be
+    uncertain may be so, of those of the study's own model and with every spring; infinity where something is
+    missing all the same.
     """
     uncertain = plain.stated.uncertainty
-    if uncertain is None:
-        return np.inf
     corrected = levelled(best.stated, best.score) if levelled_too else best.score
     after, before = within(corrected, uncertain).worst, within(plain.score, uncertain).worst
     if after > MISSING or after**2 > LEFT * before**2:

@@ -45,8 +45,9 @@ class Mistake:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """Mistakes that explain the data together; probability: that they were made, rather than that some spring
-    is missing; gap before and after, of a few lines; edits: what puts them right.
+    """Mistakes that explain the data together; probability: that they, or those instead, were made, rather
+    than that some spring is missing; gap before and after, of a few lines; edits: what puts them right;
+    instead: other mistakes that explain the data as well.
     """
 
     mistakes: tuple[Mistake, ...]
@@ -54,6 +55,7 @@ class Diagnosis:
     gap_before: float
     gap_after: float
     edits: tuple[Change, ...]
+    instead: tuple[tuple[Mistake, ...], ...] = ()
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -122,11 +124,13 @@ def _found(as_stated: Stated, first: Score, gap: float) -> Found:
         every += _put_right(as_stated, decision.level[:_OTHERS])
     if not every or min(map(_gap, every)) >= gap:
         return Found(Looked(gap), first)
-    best, *others = sorted(every, key=_gap)
-    alike = [one.decision for one in others if one.gap <= _TOLD_APART * best.gap]
-    mistakes = _mistakes(best.decision, alike)
-    sure = _sure(decision.log_odds)
-    told = Diagnosis(mistakes, sure, gap, best.gap, best.edits)
+    least = min(map(_gap, every))
+    alike = [one for one in every if one.gap <= _TOLD_APART * least]
+    best = min(alike, key=lambda one: (len(_mistakes(one.decision)), one.gap))
+    mistakes = _mistakes(best.decision)
+    instead = dict.fromkeys(_mistakes(one.decision) for one in sorted(alike, key=_gap))
+    del instead[mistakes]
+    told = Diagnosis(mistakes, _sure(decision.log_odds), gap, best.gap, best.edits, tuple(instead))
     return Found(Looked(gap, told), best.score)
 
 
@@ -168,8 +172,14 @@ def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool 
         if inner.diagnosis is None:
             return Looked(quick, Diagnosis((mistake,), _BY_SIZE, quick, inner.gap, hypothesis.edits))
         more = inner.diagnosis
-        edits, mistakes = (*hypothesis.edits, *more.edits), (mistake, *more.mistakes)
-        return Looked(quick, replace(more, mistakes=mistakes, edits=edits, gap_before=quick))
+        both = replace(
+            more,
+            mistakes=(mistake, *more.mistakes),
+            edits=(*hypothesis.edits, *more.edits),
+            instead=tuple((mistake, *one) for one in more.instead),
+            gap_before=quick,
+        )
+        return Looked(quick, both)
     return None
 
 
@@ -223,14 +233,10 @@ def _of_factor(decision: Decision) -> tuple[Change, ...]:
     return times(decision.candidate.stated, 1 / decision.factor.value)
 
 
-def _mistakes(decision: Decision, alike: Sequence[Decision] = ()) -> tuple[Mistake, ...]:
-    """Those of a decision, its last with what explains as much in its place."""
+def _mistakes(decision: Decision) -> tuple[Mistake, ...]:
+    """Those of a decision, with its common factor as one."""
     named = [Mistake(one.code, one.sentence) for one in decision.candidate.hypotheses]
-    if decision.factor is not None:
-        named.append(_factor_mistake(decision.factor))
-    others = dict.fromkeys([*named[-1].otherwise, *(_mistakes(one)[-1].sentence for one in alike)])
-    others.pop(named[-1].sentence, None)
-    return (*named[:-1], replace(named[-1], otherwise=tuple(others)))
+    return (*named, *([] if decision.factor is None else [_factor_mistake(decision.factor)]))
 
 
 def _factor_mistake(factor: Factor) -> Mistake:

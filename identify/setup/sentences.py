@@ -11,7 +11,18 @@ _SURE = 0.9999
 
 def sentences(found: Diagnosis, config: str) -> list[str]:
     """One for each mistake, and what puts all right."""
-    return [*(_sentence(one) for one in found.mistakes), _remedy(found, config)]
+    named = [_sentence(one) for one in found.mistakes]
+    return [*named, *(_instead(found, one) for one in found.instead), _remedy(found, config)]
+
+
+def _instead(found: Diagnosis, others: tuple[Mistake, ...]) -> str:
+    """Other mistakes that explain the data as well, as far as they differ."""
+    new = [one.sentence for one in others if one not in found.mistakes]
+    gone = [one.sentence for one in found.mistakes if one not in others]
+    text = f"It may as well be that {listed(new)}"
+    if gone:
+        text += f", and not that {listed(gone)}"
+    return f"{text}; only a look at the test tells."
 
 
 def _sentence(one: Mistake) -> str:

@@ -181,18 +181,21 @@ def _scored(what: tuple[str, str, str, tuple[str, ...]], test: Told, wanted: lis
         found = [*placeholders(problem.robot), *no_phases(data)]
         said = [(one.check, one.sentence) for one in found]
         looked = Looked(np.nan) if said else look(problem)
-    diagnosis, others = looked.diagnosis, list[Named]()
+    diagnosis, others = looked.diagnosis, list[list[Named]]()
     if diagnosis is not None:
         said += [(one.code, one.sentence) for one in diagnosis.mistakes]
-        others = [(one.code, text) for one in diagnosis.mistakes for text in one.otherwise]
-    right, among = (
-        len(said) == len(wanted) and all(any(_is(one, want) for one in some) for want in wanted)
-        for some in (said, [*said, *others])
+        every = (diagnosis.mistakes, *diagnosis.instead)
+        others = [[(m.code, text) for m in some for text in (m.sentence, *m.otherwise)] for some in every]
+    right = len(said) == len(wanted) and all(any(_is(one, want) for one in said) for want in wanted)
+    among = right or any(
+        all(any(_is(one, want) for one in some) for want in wanted) for some in others if wanted
     )
     after = np.nan if diagnosis is None else diagnosis.gap_after
     sure = np.nan if diagnosis is None else diagnosis.probability
     seconds = round(time.process_time() - began, 1)
-    texts = tuple(text for _, text in others)
+    texts = tuple(
+        dict.fromkeys(text for some in others for _, text in some if text not in dict(said).values())
+    )
     return Row(*what, tuple(said), texts, right, among, looked.gap, after, sure, seconds)
 
 

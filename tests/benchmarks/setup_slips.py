@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -78,7 +79,8 @@ def told(spec: TestSpec) -> Told:
     rows = [[str(p.node), p.name, p.link, *(f"{x:.6f}" for x in p.xyz)] for p in known.points]
     angles = [list(map(float, posture)) for posture in postures]
     labels = [p.node for p in known.points]
-    return Told(known, angles, frequency, frfs, coherences, decay, known.urdf(), rows, labels, true=angles)
+    true = deepcopy(angles)
+    return Told(known, angles, frequency, frfs, coherences, decay, known.urdf(), rows, labels, true=true)
 
 
 def bent(spec: TestSpec) -> Array:

@@ -21,6 +21,7 @@ from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
 from identify.setup.score import Score, frf_targets, scored
 from identify.setup.search import Candidate, Searched, _again, _better, _round
+from identify.setup.sentences import sentences
 from identify.setup.stated import LINES, Stated
 from identify.setup.within import Within, levelled, times, within
 from identify.vibration.problem import load_problem
@@ -187,3 +188,23 @@ def test_files_are_told_apart_where_the_first_is_not_fitted(tmp_path: Path) -> N
     assert low, "the first is too small beside the second, or the second too large"
     assert {studies.FILES[0] in one for one in low} == {True}
     assert {studies.FILES[1] in one for one in set(found) - low} <= {True}
+
+
+def test_what_explains_the_data_as_well_is_said_whole(tmp_path: Path) -> None:
+    """2.205 and 0.2248 are 9.807 times each other: either file may be the one with the wrong unit."""
+    wrong = []
+    for number, factor in enumerate((2.20462, 0.224809)):
+        folder = tmp_path / f"{number}"
+        folder.mkdir()
+        wrong.append(studies.misread(folder, Correction(factor=factor))[number])
+    path = studies.written(tmp_path, studies.config(measurements=wrong))
+    found = look(load_problem(read_study(path))).diagnosis
+    assert found is not None and len(found.instead) == 1
+    files = {
+        one.sentence for some in (found.mistakes, *found.instead) for one in some if "factor" not in one.code
+    }
+    assert files == {
+        "the FRFs of posture1.uff are 9.807 times what they should be",
+        "the FRFs of posture3.uff are 0.102 times what they should be",
+    }
+    assert any("It may as well be that" in text for text in sentences(found, path.name))
