@@ -15,7 +15,7 @@ from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 
 _MOSTLY, _WHOLE = 0.5, 1
-"""Share of what is above noise that a law must explain: any law makes up for some of what is missing
+"""Share of what is above noise that a law must explain: any law compensates for some of what is missing
 elsewhere.
 """
 

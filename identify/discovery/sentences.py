@@ -25,7 +25,7 @@ def gaps(gap: float, elsewhere: float) -> str:
 
 
 _FAR = 5.0
-"""A stiffness of a drive this many times off its start has made up for something."""
+"""A stiffness of a drive this many times off its start has compensated for something."""
 _DOUBTFUL = ("not determined", *BOUNDS)
 
 

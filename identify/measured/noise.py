@@ -12,7 +12,7 @@ distributed around it; alpha and beta are piecewise linear and found by maximum 
 
 Noise of the force also makes H1 too small, to first order by the share beta (n - 1) of n averages: S_ff in
 its denominator is measured with the noise (Bendat and Piersol, section 9.1), but what an average's own noise
-does to the numerator makes up for one n-th of that.
+does to the numerator compensates for one n-th of that.
 """
 
 from __future__ import annotations

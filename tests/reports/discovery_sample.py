@@ -1,5 +1,5 @@
-"""A discovery made up for the reports' tests: one effect added, one followed but not kept, and a last step
-that finds nothing.
+"""A discovery compensated for the reports' tests: one effect added, one followed but not kept, and a last
+step that finds nothing.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ def _unseen(
 
 
 def _from_the_study(problem: Problem, study: Problem) -> Problem:
-    """The problem from the study's own values: the present model's have made up for what is missing."""
+    """The problem from the study's own values: the present model's have compensated for what is missing."""
     told = {p.name: p.initial for p in study.parameters}
     return with_effects(problem, problem.file.study.effects, told)
 

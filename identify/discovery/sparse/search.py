@@ -207,7 +207,7 @@ def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Tri
 
 def _tried(found: Found, trial: Trial) -> Found:
     """The fit gone on with a trial; where several free sensors leave something open, with those alone whose
-    errors have the form of a fault: others make up for shapes that are not there yet, and would keep them
+    errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
     """
     more = gone_on(found, trial.effects, trial.values)
@@ -361,7 +361,7 @@ def _in_parts(found: Found) -> Iterator[tuple[tuple[Effect, ...], dict[str, floa
 
 
 def _by_parts(found: Found, story: Story) -> Iterator[Found]:
-    """The fit with links by parts where one bends beside other units, which may make up for its form."""
+    """The fit with links by parts where one bends beside other units, which may compensate for its form."""
     seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
     if len(seen) > len(_bent(found)) and not story.late:
         yield from (gone_on(found, *parts) for parts in _in_parts(found))

@@ -7,7 +7,7 @@ evaluations for what takes 10 to 20 here.
 
 Where the objective tells how residuals bend along a step, the step is also tried with what follows that bend
 (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885): in the narrow, bent valleys of errors
-that make up for each other it takes a third as many steps.
+that compensate for each other it takes a third as many steps.
 """
 
 from __future__ import annotations
