@@ -71,16 +71,14 @@ def tones(records: Records, speeds_hz: Sequence[float]) -> list[Tone]:
     for peak in lines[np.argsort(-over[lines])]:
         if over[peak] < _STANDS_OUT:
             break
-        if over[peak] < np.max(over[max(peak - 1, 0) : peak + 2]) or _is_in(hz[peak], found):
+        if over[peak] < np.max(over[max(peak - 1, 0) : peak + 2]) or any(
+            tone.low_hz <= hz[peak] <= tone.high_hz for tone in found
+        ):
             continue
         tone = _tone(records, hz, over, int(peak))
         if tone.kurtosis < _STEADY:
             found.append(tone)
     return sorted(found, key=lambda tone: tone.frequency_hz)
-
-
-def _is_in(hz: float, found: Sequence[Tone]) -> bool:
-    return any(tone.low_hz <= hz <= tone.high_hz for tone in found)
 
 
 def without(records: Records, found: Sequence[Tone]) -> Records:
