@@ -1,4 +1,4 @@
-"""In which direction a coupled pair of springs gives way most, with its 95 % interval."""
+"""The direction in which a coupled pair of springs is most compliant, with its 95 % interval."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def _sentence(name: str, unit: str, matrix: Array, root: Array) -> str:
     half = SIGMAS_95 * float(np.linalg.norm(slope @ root))
     body, axes, _ = name.split(".")
     turns = axes.startswith("r")
-    what = f"{body} {'turns most easily about' if turns else 'gives way most along'}"
+    what = f"{body} {'turns most easily about' if turns else 'is most compliant along'}"
     values = f"{soft:.4g} {unit} there, {stiff:.4g} {unit} across it"
     if not half < _OPEN:
         return f"{what} a direction across its z axis that the data do not determine: {values}."
