@@ -120,6 +120,12 @@ CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
         ["line 8: effects.0: uneven: an old name; expected `nonuniform`: rename the key"],
     ),
     (
+        "old key of a measured impedance",
+        "{kind: joint-compliance,",
+        "{kind: measured-impedance, at: [joint2.rx], lean: {joint2.ry: 0.1}}\n  - {kind: joint-compliance,",
+        ["line 8: effects.0: lean: an old name; expected `misalignment`: rename the key"],
+    ),
+    (
         "unknown effect",
         "joint-compliance",
         "joint-complaint",
