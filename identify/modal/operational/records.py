@@ -20,7 +20,7 @@ _SLOW = 0.2, 0.8
 _WIDEST = 100.0
 """Highest over lowest frequency of a band that was not stated."""
 _TOLD = 0.2
-"""Relative standard deviation of a damping ratio that counts as stated."""
+"""Relative standard deviation of a damping ratio that counts as determined."""
 _POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
