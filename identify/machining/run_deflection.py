@@ -149,7 +149,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
 def _notes(fit: FitResult) -> tuple[str, ...]:
     return (
         *of_fit(fit),
-        *of_gap(fit.gap, "which the intervals hold as errors of the stiffnesses"),
+        *of_gap(fit.gap, "which the intervals include as errors of the stiffnesses"),
         "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
         " softer under small loads are not in it",
     )
