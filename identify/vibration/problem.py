@@ -267,6 +267,19 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
     )
 
 
+def systems_with(problem: Problem, effects: Sequence[Effect]) -> list[System]:
+    """The model at each measurement with effects beyond those of the study, without targets: what effects add
+    to the matrices needs neither.
+
+    Raises InputError where the effects do not fit the robot or each other.
+    """
+    study, changed = problem.file.study, any(effect.changes_site for effect in effects)
+    built, first = already_built(problem, with_sites=not changed), problem.measurements[0].given.posture
+    every = [*study.effects, *effects]
+    postures = Postures(problem.robot, problem.points, every, first, built, study.joint_angles)
+    return [_system(postures, m.given) for m in problem.measurements]
+
+
 def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem:
     """The same robot, data and effects where so much of what was stated is uncertain."""
     study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
@@ -333,6 +346,12 @@ def assembled(
     return Problem(file, robot, points, parameters, tuple(measurements), reference, nuisances)
 
 
+def _system(postures: Postures, given: Given) -> System:
+    speed = given.settings.speed_deg_per_s
+    rates = None if speed is None else postures.angles.rates(speed)
+    return postures.system(given.posture, given.settings.detached, rates, given.driven)
+
+
 def _measurement(
     points: dict[int, Point],
     postures: Postures,
@@ -341,9 +360,7 @@ def _measurement(
     values: Mapping[str, float],
     given: Given,
 ) -> Measurement:
-    speed = given.settings.speed_deg_per_s
-    rates = None if speed is None else postures.angles.rates(speed)
-    system = postures.system(given.posture, given.settings.detached, rates, given.driven)
+    system = _system(postures, given)
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))

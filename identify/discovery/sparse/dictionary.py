@@ -22,7 +22,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Parameter
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
-from identify.discovery.sparse.dense import bodies, relaxations, with_more
+from identify.discovery.sparse.dense import bodies, relaxations
 from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.unknowns import Unknowns
@@ -31,7 +31,7 @@ from identify.model.effects.base import EFFECTS, Effect
 from identify.model.system import System
 from identify.vibration.costs.information import Rows, each_set, over_noise, rows_of
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem
+from identify.vibration.problem import Problem, systems_with
 
 _FREQUENCIES, _WIDER = 32, 2.0
 """At which a body on a spring is tried over the band, with so many times its own damping, so that no peak
@@ -92,13 +92,13 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
     sets, measured = beside.sets, problem.measurements
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
-    for some, model in _models(problem, _instances(problem)):
-        shapes = [_shapes(model, problem, number) for number in range(-len(some), 0)]
-        systems = [model.measurements[n].system for n in fitted]
-        parts = each(partial(_scored, shapes=shapes), list(zip(sets, systems, strict=True)))
+    for some, systems in _models(problem, _instances(problem)):
+        shapes = [_shapes(systems[0], problem, number) for number in range(-len(some), 0)]
+        pairs = [(one, systems[n]) for one, n in zip(sets, fitted, strict=True)]
+        parts = each(partial(_scored, shapes=shapes), pairs)
         scores = [_Score.of_all(own) for own in zip(*parts, strict=True)]
         for effect, shape, left in zip(some, shapes, _left(scores, beside), strict=True):
-            found += _best(effect, shape, model, left, beside)
+            found += _best(effect, shape, problem, left, beside)
     each_costs = price(beside.fit.count)
     return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
@@ -127,15 +127,17 @@ def _about(target: FrfTarget, unknowns: Unknowns, x: Array) -> About:
     return About(target, rows, free, slope, own, there.s_at(own), (response.to_out, response.motion(0)))
 
 
-def _models(problem: Problem, kinds: Iterator[list[Effect]]) -> Iterator[tuple[Sequence[Effect], Problem]]:
-    """The problem with all effects of a kind at once, or one by one where they cannot be together."""
+def _models(
+    problem: Problem, kinds: Iterator[list[Effect]]
+) -> Iterator[tuple[Sequence[Effect], list[System]]]:
+    """The systems with all effects of a kind at once, or one by one where they cannot be together."""
     for some in kinds:
         try:
-            yield some, with_more(problem, some)
+            yield some, systems_with(problem, some)
         except (InputError, InputErrors):
             for one in some:
                 with suppress(InputError, InputErrors):
-                    yield [one], with_more(problem, [one])
+                    yield [one], systems_with(problem, [one])
 
 
 def _instances(problem: Problem) -> Iterator[list[Effect]]:
@@ -161,28 +163,28 @@ def _instances(problem: Problem) -> Iterator[list[Effect]]:
 
 @dataclass(frozen=True)
 class _Shape:
-    """An effect of a model: numbers of its parameters there, the values (m, terms) that it is tried with,
-    and whether these add up: each row may be taken as often as it likes beside the others.
+    """An effect of a model: its parameters and their numbers there, the values (m, terms) that it is tried
+    with, and whether these add up: each row may be taken as often as it likes beside the others.
     """
 
+    parameters: Sequence[Parameter]
     numbers: Index
     starts: Array
     adding: bool = False
 
 
-def _shapes(model: Problem, problem: Problem, which: int) -> _Shape:
-    """Of an effect of a model beyond the problem."""
-    system, present = model.measurements[0].system, problem.measurements[0].system
-    numbers = system.effects[which][1]
-    own = [model.parameters[n] for n in numbers]
+def _shapes(system: System, problem: Problem, which: int) -> _Shape:
+    """Of an effect of a system beyond the problem."""
+    present, numbers = problem.measurements[0].system, system.effects[which][1]
+    own = [system.parameters[n] for n in numbers]
     touched = _touched(_stacks(system, numbers))
     if {system.coordinates[n] for n in np.flatnonzero(touched)} <= set(present.coordinates):
         usual = {p.unit: max(q.initial for q in own if q.unit == p.unit) for p in own}
-        return _Shape(numbers, np.diag([usual[p.unit] or 1.0 for p in own]), adding=True)
-    return _Shape(numbers, _over_the_band(model, own))
+        return _Shape(own, numbers, np.diag([usual[p.unit] or 1.0 for p in own]), adding=True)
+    return _Shape(own, numbers, _over_the_band(problem, own))
 
 
-def _over_the_band(model: Problem, own: Sequence[Parameter]) -> Array:
+def _over_the_band(problem: Problem, own: Sequence[Parameter]) -> Array:
     """(m, parameters): the usual values; of a body on a spring, resonances all over the band."""
     start = np.array([p.initial for p in own])
     damped = np.array([".damping" in p.name for p in own])
@@ -190,15 +192,15 @@ def _over_the_band(model: Problem, own: Sequence[Parameter]) -> Array:
     masses = np.array([p.name.endswith(".mass") for p in own])
     if not (stiff.any() and masses.any()):
         return start[None]
-    low, high = _band(model)
+    low, high = _band(problem)
     usual = np.sqrt(start[stiff][0] / start[masses][0]) / (2 * np.pi)
     faster = np.geomspace(low, high, _FREQUENCIES) / usual
     rows = [np.where(stiff, start * f**2, np.where(damped, _WIDER * start * f, start)) for f in faster]
     return np.array(rows)
 
 
-def _band(model: Problem) -> tuple[float, float]:
-    lines = [m.target.data.frequency_hz for m in model.measurements if isinstance(m.target, FrfTarget)]
+def _band(problem: Problem) -> tuple[float, float]:
+    lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]
     return min(one[0] for one in lines), max(one[-1] for one in lines)
 
 
@@ -295,10 +297,10 @@ def _left(scores: Sequence[_Score], beside: Beside) -> Iterator[_Left]:
         yield _Left(np.diag(one.own), one.own - own @ solved_for[:, mine], slope)
 
 
-def _best(effect: Effect, shape: _Shape, model: Problem, score: _Left, beside: Beside) -> list[Candidate]:
+def _best(effect: Effect, shape: _Shape, problem: Problem, score: _Left, beside: Beside) -> list[Candidate]:
     """The effect at the start that gains most, as much of it as there would be; nothing where none gains."""
     size, left, slope = score
-    own, most = [model.parameters[n] for n in shape.numbers], _most(model, shape)
+    own, most = shape.parameters, _most(problem, shape)
     if shape.adding:
         least = [0.0 if p.log else p.lower / s for p, s in zip(own, np.diag(shape.starts), strict=True)]
         damped = left + np.diag(_DAMPED * size + _RANK * size.max(initial=1e-300))
@@ -320,13 +322,12 @@ def gain_of(fall: float, squares: float, count: int) -> float:
     return float(-0.5 * count * np.log1p(-min(fall / squares, 0.999)))
 
 
-def _most(model: Problem, shape: _Shape) -> Array:
+def _most(problem: Problem, shape: _Shape) -> Array:
     """(m,): how many times each start may be taken before a parameter is at its bound, or a body has half the
     mass of the moving arm.
     """
-    arm = 0.5 * sum(link.mass for link in model.robot.links[1:])
-    own = [model.parameters[n] for n in shape.numbers]
-    upper = np.array([min(p.upper, arm) if p.unit == "kg" else p.upper for p in own])
+    arm = 0.5 * sum(link.mass for link in problem.robot.links[1:])
+    upper = np.array([min(p.upper, arm) if p.unit == "kg" else p.upper for p in shape.parameters])
     with np.errstate(all="ignore"):
         times = np.where(shape.starts > 0, upper / shape.starts, np.inf)
     return np.asarray(times.min(axis=1))

@@ -21,7 +21,7 @@ from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import usual_stiffness
 from identify.vibration.problem import Problem
 
-_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, _STEPS = 0.3, 6, 12, 30
+_LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, STEPS = 0.3, 6, 12, 30
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage."""
 _MORE = 12
 """Steps after something entered or left."""
@@ -43,6 +43,7 @@ class Found:
     unpriced: float
     product: Array
     until: float = np.inf
+    ended: bool = False
 
     @property
     def late(self) -> bool:
@@ -87,23 +88,24 @@ def dense_fit(
     known, x = len(problem.file.study.effects), np.zeros(0)
     for share in shares:
         unknowns = Unknowns(with_more(below(problem, share), effects), known)
-        if not len(x):
+        first = not len(x)
+        if first:
             x = _usual(unknowns) if usual else unknowns.reference
-            x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS, until).x
-        x = Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
+        x = _led(unknowns, x, until, robust=first)
         if share < 1:
             x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS, until).x
-    return _settled(problem, effects, x, Penalised(unknowns), _STEPS, until)
+    return _settled(problem, effects, x, Penalised(unknowns), STEPS, until)
 
 
 def _settled(
     study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int, until: float
 ) -> Found:
-    x = fit.minimise(Point(x), steps, until).x
+    last = fit.minimise(Point(x), steps, until)
+    x, ended = last.x, last.settled
     squares, local = fit.squares(x), fit.local(x)
     gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
     unpriced = Penalised(fit.unknowns, price=0.0).value(squares, x, local)
-    return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until)
+    return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until, ended)
 
 
 def _usual(unknowns: Unknowns) -> Array:
@@ -116,10 +118,37 @@ def _usual(unknowns: Unknowns) -> Array:
     return x
 
 
-def gone_on(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
+def gone_on(
+    found: Found, effects: tuple[Effect, ...], values: Mapping[str, float], steps: int = _MORE
+) -> Found:
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = begun(found, effects, values)
-    return _settled(found.study, effects, x, Penalised(unknowns), _MORE, found.until)
+    return _settled(found.study, effects, x, Penalised(unknowns), steps, found.until)
+
+
+def settled(found: Found, steps: int = _MORE) -> Found:
+    """The fit gone on as it is, if it has not ended."""
+    if found.ended:
+        return found
+    return _settled(found.study, found.effects, found.x, Penalised(found.unknowns), steps, found.until)
+
+
+def afresh(found: Found) -> Found:
+    """The fit from usual bearings, rigid links and no errors again, with all else as it was found: a fit that
+    made up for something else than it has now is in a valley of its own.
+    """
+    unknowns, usual = found.unknowns, _usual(found.unknowns)
+    late = np.array([name.endswith(".retardation_time") for name in unknowns.names], dtype=bool)
+    x = np.where(unknowns.springs | unknowns.nuisances | late, usual, found.x)
+    x = _led(unknowns, x, found.until)
+    return _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until)
+
+
+def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:
+    """The first steps, which prices hardly hold; robust: by logarithms before."""
+    if robust:
+        x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS, until).x
+    return Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
 
 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
@@ -141,7 +170,7 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
     effects = tuple(of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
     unknowns, x = begun(found, effects, {})
-    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), _STEPS, found.until)
+    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), STEPS, found.until)
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

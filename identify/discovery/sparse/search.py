@@ -32,7 +32,7 @@ from identify.discovery.sparse.evidence import (
     price,
     weighed,
 )
-from identify.discovery.sparse.fit import Found, begun, dense_fit, gone_on, of_units
+from identify.discovery.sparse.fit import STEPS, Found, afresh, begun, dense_fit, gone_on, of_units, settled
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Local, Penalised
@@ -51,6 +51,9 @@ from identify.vibration.problem import Problem, with_uncertainty
 
 _MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
+_GLANCED, _SETTLED = 4, 2
+"""Steps of every trial, and how many of them, the best, are fitted to their end."""
+_FAR = 3 * CLOSED
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
 
@@ -101,7 +104,8 @@ def _with_links_as_told(
         isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects
     ):
         fits = _further(fits[0], story, 1)
-    return [pruned(one, story.say, unseen) for one in fits]
+    # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
+    return [pruned(one, story.say, unseen) for one in fits if one.gap < _FAR or story.late]
 
 
 def _others(
@@ -153,22 +157,30 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.
     """
-    each_costs, others = price(found.unknowns.count), list[Found]()
+    each_costs, others, shares = price(found.unknowns.count), list[Found](), dict[str, float]()
     for _ in range(most):
         if (found.gap < CLOSED and believable(found.problem, found.values)) or story.late:
             break
         # What fits the data by errors that are far out can only be what those are errors of.
         trials = _linear(found) if found.gap < CLOSED else _trials(found)
-        fitted = [_tried(found, one) for one in _worth(found, list(trials), each_costs)]
-        best = min(
-            fitted, key=lambda fit: fit.unpriced + each_costs * len(fit.x) - _before(fit), default=found
-        )
+        likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
+        fitted = _tried(found, _worth(found, likely, each_costs), each_costs, shares)
+        likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs), default=found)
+        best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+        if not believable(found.problem, found.values):
+            best = min([best, afresh(best)], key=_objective)
         if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
             break
         new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
-        found, others = best, [one for one in fitted if one is not best and one.gap < CLOSED <= found.gap]
+        rivals = [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
+        found, others = best, rivals
     return [found, *others]
+
+
+def _costs(found: Found, each_costs: float) -> float:
+    """Less is likelier."""
+    return found.unpriced + each_costs * len(found.x) - _before(found)
 
 
 def _before(found: Found) -> float:
@@ -205,13 +217,42 @@ def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Tri
     return [*most[:_TRIED], *list(of_kind.values())[:_TRIED]]
 
 
-def _tried(found: Found, trial: Trial) -> Found:
-    """The fit gone on with a trial; where several free sensors leave something open, with those alone whose
+def _new(found: Found, trial: Trial) -> str:
+    """What a trial adds, in words."""
+    return ", ".join(one.sentence() for one in trial.effects if one not in found.effects)
+
+
+def _tried(found: Found, trials: Sequence[Trial], each_costs: float, shares: dict[str, float]) -> list[Found]:
+    """The fit gone on with each trial, the most promising after a few steps to their end; shares: of what
+    was foreseen, what trials gained, which is known better than the first order of what they would gain now.
+
+    Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
+    """
+    stated = {} if believable(found.problem, found.values) else _as_stated(found.problem)
+    glanced = [(one, gone_on(found, one.effects, stated | dict(one.values), _GLANCED)) for one in trials]
+    glanced.sort(key=lambda pair: _costs(pair[1], each_costs))
+    fitted = list[Found]()
+    for place, (trial, fit) in enumerate(glanced):
+        own = _ended(found, fit) if place < _SETTLED else fit
+        gained = max(found.unpriced - own.unpriced, 0.0)
+        new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
+        shares[new] = min(shares.get(new, 1.0) * share, 1.0)
+        fitted.append(own)
+    return fitted
+
+
+def _as_stated(problem: Problem) -> dict[str, float]:
+    """No errors of what was stated."""
+    return {one.name: 0.0 for one in problem.nuisances.entries}
+
+
+def _ended(found: Found, fit: Found) -> Found:
+    """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
     """
-    more = gone_on(found, trial.effects, trial.values)
-    new = [one for one in trial.effects if one not in found.effects]
+    more = settled(fit)
+    new = [one for one in fit.effects if one not in found.effects]
     several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in new)
     return more if more.gap < CLOSED or not several else _recognised(more)
 
