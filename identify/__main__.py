@@ -12,7 +12,7 @@ def main() -> None:
     """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
     code 2, Ctrl-C and a polite kill into one and exit code 130.
 
-    The version is told without loading what parses a command line.
+    The version is printed without loading what parses a command line.
     """
     if sys.argv[1:] == ["--version"]:
         print(f"identify {VERSION}")

@@ -7,7 +7,7 @@ import inspect
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack, get_args, get_origin, get_type_hints
 
 import pytest
 from typer.testing import CliRunner
@@ -31,7 +31,11 @@ def test_all_that_the_table_names_is_there(analysis: Any) -> None:
     if analysis.success:
         assert analysis.success in dir(result) or analysis.success in result.__dataclass_fields__
     for command, run in analysis.runs.items():
-        taken = inspect.signature(load(run.function)).parameters
+        function = load(run.function)
+        taken = set(inspect.signature(function).parameters)
+        for hint in get_type_hints(getattr(function, "func", function)).values():
+            if get_origin(hint) is Unpack:
+                taken |= set(get_args(hint)[0].__annotations__)
         wanted = [*run.options, *(["overrides"] if run.overrides else [])]
         wanted += ["progress"] if run.progress else []
         assert [name for name in ("config", "out", *wanted) if name not in taken] == [], command

@@ -18,12 +18,12 @@ from identify.__main__ import main
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.fitting.optimizers.base import OPTIMIZERS
-from identify.measured.delimited import write_frf
 from identify.measured.loaders import FrfFileOptions, load_frf_set
 from identify.results.comparison import compared
 from identify.results.file import read, write
 from identify.results.fit import FitResult
 from identify.vibration.check import run_checks
+from tests.frf_files import write_csv
 from tests.programs import ran
 from tests.reports.discovery_sample import discovery_result
 from tests.reports.joints_sample import joints_result
@@ -286,7 +286,7 @@ def test_init_takes_a_file_for_each_point_as_one_measurement(tmp_path: Path) -> 
     for i, output in enumerate(whole.outputs):
         one = whole.pairs([i], [0])
         name = str(output).replace(":", "")
-        write_frf(tmp_path / "p1" / f"{name}.csv", one)
+        write_csv(tmp_path / "p1" / f"{name}.csv", one)
         rows = np.column_stack([one.frequency_hz, one.frf[:, 0, 0].real, one.frf[:, 0, 0].imag])
         np.savetxt(tmp_path / "bare" / f"{name}_{str(one.inputs[0]).replace(':', '')}.txt", rows)
     robot, points = str(data / "robot.urdf"), ("--points", str(data / "points.csv"))

@@ -112,7 +112,7 @@ def test_local_coordinate_systems_are_turned_before_shapes_are_compared(
 
 
 def test_a_sensor_of_one_direction_is_compared_along_it(places: ModalTable, tmp_path: Path) -> None:
-    """The other file, which has all directions, is turned; what cannot be told along it is left out."""
+    """The other file, which has all directions, is turned; what cannot be determined along it is left out."""
     assert places.shapes is not None
     axes = np.stack([np.eye(3), np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0], np.eye(3)])
     turned_twin(tmp_path / "a.unv", places, np.stack([np.eye(3)] * 3))

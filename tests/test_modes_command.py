@@ -522,7 +522,7 @@ def test_a_window_that_nobody_told_is_asked_for(
 ) -> None:
     write_uff58(tmp_path / "x.uff", frf_set())
     result, _ = run_modes(tmp_path / "x.uff", tmp_path / "m.h5", file_options(**options))
-    assert any("no exponential window was told" in note for note in result.notes) != told
+    assert any("no exponential window was stated" in note for note in result.notes) != told
 
 
 def test_only_modes_inside_the_band_are_listed(tmp_path: Path) -> None:

@@ -120,6 +120,12 @@ CONFIG_FAULTS: list[tuple[str, str, str, list[str]]] = [
         ["line 8: effects.0: uneven: an old name; expected `nonuniform`: rename the key"],
     ),
     (
+        "old key of a measured impedance",
+        "{kind: joint-compliance,",
+        "{kind: measured-impedance, at: [joint2.rx], lean: {joint2.ry: 0.1}}\n  - {kind: joint-compliance,",
+        ["line 8: effects.0: lean: an old name; expected `misalignment`: rename the key"],
+    ),
+    (
         "unknown effect",
         "joint-compliance",
         "joint-complaint",
@@ -192,7 +198,9 @@ def test_config_faults(folder: Path, old: str, new: str, parts: list[str]) -> No
 
 
 def test_a_parameter_that_the_data_cannot_move(folder: Path) -> None:
-    """A blow on link 3 seen on link 3 does not move the last joint's spring when the wrist is taken off."""
+    """An impact on link 3 seen on link 3 does not move the last joint's spring when the wrist is taken
+    off.
+    """
     _replace(folder, "file: frf.uff", "file: elbow.uff, detached: link5")
     write_uff58(folder / "elbow.uff", _frf_set().pairs([0, 1, 2], [0]))
     text = (folder / "elbow.uff").read_text().replace("link6", "link3")

@@ -235,8 +235,8 @@ def run(command: str, config: Path, options: Any, quiet: bool = True) -> Result:
         arguments["overrides"] = {name: value for name, value in said.items() if name in how.overrides}
     shown = load(how.progress)(quiet) if how.progress else working(quiet, f"working on {config.name}")
     with shown as progress:
-        told = {"progress": progress} if how.progress else {}
-        result, written = load(how.function)(config, options.out, **arguments, **told)
+        extra = {"progress": progress} if how.progress else {}
+        result, written = load(how.function)(config, options.out, **arguments, **extra)
     return Result(result, (written,) if isinstance(written, Path) else tuple(written))
 
 
@@ -438,23 +438,23 @@ def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterato
     from identify.robot.chain import Choice
     from identify.robot.mesh_body import Wanted
     from identify.vibration.starter import check_new, write_starter
-    from identify.vibration.starter_robot import Told
+    from identify.vibration.starter_robot import RobotOptions
 
     check_new(options.out)
     yield from _points_found(robot, data, options)
     files = FrfFileOptions(columns=columns_of(options.columns), names=options.names)
     motors, held = pairs_of(options.motor, "--motor"), pairs_of(options.lock, "--lock")
     wanted = Wanted(options.mass_kg, options.base_kg, motors, options.inertias is Inertias.meshes)
-    told = Told(Choice(options.tip, held), words_of(options.argument, "--argument"), wanted)
+    of_robot = RobotOptions(Choice(options.tip, held), words_of(options.argument, "--argument"), wanted)
     angles = angles_of(options.posture, "--posture")
-    written = write_starter(robot, list(data), options.out, options.points, files, told, angles)
+    written = write_starter(robot, list(data), options.out, options.points, files, of_robot, angles)
     yield f"wrote {written.config}"
     yield from written.to_do
     yield f"next: identify check {typed([written.config])}"
 
 
 def _points_found(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterator[str]:
-    """Points that are missing, from the geometry in the data at a posture that is told."""
+    """Points that are missing, from the geometry in the data at a stated posture."""
     from identify.measured.uff.geometry import has_geometry
     from identify.reports.points.said import sentences
 

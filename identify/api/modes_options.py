@@ -137,7 +137,9 @@ class ModesOptions:
     teeth: Annotated[int | None, typer.Option(help="teeth of the cutter that turns at --speed")] = None
     damping: Annotated[
         float | None,
-        typer.Option(help="with --output-only: the smallest damping ratio that must be told; default: 0.01"),
+        typer.Option(
+            help="with --output-only: the smallest damping ratio that must be estimated; default: 0.01"
+        ),
     ] = None
     scale_frf: Annotated[
         Path | None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from identify.batch.settings import Item, read_batch
+from identify.batch.settings import read_batch
 from identify.batch.work import derived
 from identify.core.errors import InputError
 from identify.measured.finding import STUDY, Checked, Finding, kept
@@ -20,14 +20,10 @@ def run_checks(config: Path) -> Checked:
     sentence = f"{len(batch.items)} fits{', and one of all together' if batch.joint else ''}."
     found: dict[str, list[Finding]] = {STUDY: [Finding("info", "fits", (), sentence, len(batch.items))]}
     for item in batch.items:
-        checked = kept(lambda one=item: _checked(one), refused)  # type: ignore[misc]
+        checked = kept(lambda one=item: checks_of(derived(one.study, one.name, one.measurements)), refused)  # type: ignore[misc]
         if checked is not None:
             refused += checked.refused
             for name, findings in checked.findings.items():
                 label = item.name if name in (STUDY, item.name) else f"{item.name}, {name}"
                 found.setdefault(label, []).extend(findings)
     return Checked(found, tuple(refused), "batch")
-
-
-def _checked(item: Item) -> Checked:
-    return checks_of(derived(item.study, item.name, item.measurements))

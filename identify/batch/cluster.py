@@ -1,6 +1,6 @@
 """The workers of a Dask scheduler: found, checked, and left without work of ours.
 
-What cannot be right is told before Dask tries it: it would try for long, and say it in a traceback.
+What cannot be right is reported before Dask tries it: it would try for long, and say it in a traceback.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def joined(address: str) -> Iterator[Cluster]:
 
 @contextmanager
 def _in_our_words() -> Iterator[None]:
-    """Inside, Dask does not log what goes wrong, in tracebacks: it is told in a sentence."""
+    """Inside, Dask does not log what goes wrong, in tracebacks: it is reported in a sentence."""
     loggers = [logging.getLogger(name) for name in _LOGS]
     before = [one.level for one in loggers]
     for one in loggers:
@@ -99,12 +99,12 @@ def _client(address: str) -> Any:
 
 def _check_answers(address: str, dask: Any) -> None:
     """InputError unless something answers there, with certificates where these are asked for."""
-    told = _ADDRESS.fullmatch(address)
-    if told is None or int(told["port"]) > 65535:
+    parts = _ADDRESS.fullmatch(address)
+    if parts is None or int(parts["port"]) > 65535:
         raise InputError("--cluster", f"{address!r} is no address", _EXPECTED, _SEE)
-    tls = _certificates(address, dask) if told["how"] == "tls" else None
+    tls = _certificates(address, dask) if parts["how"] == "tls" else None
     try:
-        _greeted(told["six"] or told["host"], int(told["port"]), tls)
+        _greeted(parts["six"] or parts["host"], int(parts["port"]), tls)
     except (ssl.SSLError, ConnectionResetError) as error:
         found = f"{address} does not take the certificates of this machine, or has others ({error})"
         raise InputError("--cluster", found, "the same certificates on all machines", _SEE) from error
@@ -133,13 +133,13 @@ def _certificates(address: str, dask: Any) -> ssl.SSLContext:
     """What Dask is told of TLS on this machine."""
     expected = "`ca-file`, and `cert` and `key` of the client, in the settings of Dask"
     try:
-        told = dask.Security().get_connection_args("client").get("ssl_context")
+        parts = dask.Security().get_connection_args("client").get("ssl_context")
     except (OSError, ValueError) as error:
         found = f"the certificates for {address} cannot be read ({error})"
         raise InputError("--cluster", found, expected, _SEE) from error
-    if not isinstance(told, ssl.SSLContext):
+    if not isinstance(parts, ssl.SSLContext):
         raise InputError("--cluster", f"{address} needs certificates, and none are set", expected, _SEE)
-    return told
+    return parts
 
 
 def _check_versions(client: Any) -> None:

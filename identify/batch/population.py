@@ -8,7 +8,7 @@ given them; the interval of a mean counts that scatters are known from few fits 
 freedom (Biometrics Bulletin 2, 1946).  The interval of a scatter is that of Cochran's Q (Viechtbauer,
 Statistics in Medicine 26, 2007), exact for normal estimates.
 
-Errors of what was told that all fits have in common, such as the mass of a link in the description that all
+Nuisance parameters that all fits have in common, such as the mass of a link in the description that all
 of them use, do not average out: z_i ~ N(theta_i + A_i nu, J_i) with nu ~ N(0, 1), the same for all.
 """
 

@@ -47,7 +47,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class _Told:
+class _Fitted:
     """What one fit says of parameters, columns (k,) among all: value (k,), covariance (k, k), and of errors
     of the robot, by key, what a standard deviation of each adds to them.
     """
@@ -68,9 +68,9 @@ def together(
     InputError for a pattern that no parameter has.
     """
     same = _shared(p.name, shared)
-    told = [None if fit is None else _told(fit, p, p.usable[row]) for row, fit in enumerate(fits)]
-    rows = [row for row, one in enumerate(told) if one is not None and len(one.columns)]
-    known = [one for one in told if one is not None and len(one.columns)]
+    fitted = [None if fit is None else _fitted(fit, p, p.usable[row]) for row, fit in enumerate(fits)]
+    rows = [row for row, one in enumerate(fitted) if one is not None and len(one.columns)]
+    known = [one for one in fitted if one is not None and len(one.columns)]
     if len(known) < 2:
         return None
     common = _common(known)
@@ -89,7 +89,7 @@ def _shared(names: Sequence[str], patterns: Sequence[str]) -> Flags:
     return np.array([any(fnmatchcase(name, one) for one in patterns) for name in names], dtype=bool)
 
 
-def _told(fit: Said, p: ParametersByPosture, usable: Flags) -> _Told:
+def _fitted(fit: Said, p: ParametersByPosture, usable: Flags) -> _Fitted:
     table, stated = fit.parameters, fit.stated
     scale = scale_of(table)
     free, column = scale.free, {name: k for k, name in enumerate(p.name)}
@@ -102,7 +102,7 @@ def _told(fit: Said, p: ParametersByPosture, usable: Flags) -> _Told:
         cross = -slope[:, None] * (stated.root @ stated.root.T)[: len(free), len(free) :]
         keys = zip(stated.kind, stated.place, stated.change, stated.stated.tolist(), strict=True)
         errors = {key: cross[own, n] for n, key in enumerate(keys) if key[0] in _OF_THE_ROBOT}
-    return _Told(
+    return _Fitted(
         np.array([column[table.name[free[n]]] for n in own], dtype=int),
         value[own],
         (std[:, None] * fit.correlation * std)[np.ix_(own, own)],
@@ -111,14 +111,14 @@ def _told(fit: Said, p: ParametersByPosture, usable: Flags) -> _Told:
     )
 
 
-def _common(told: Sequence[_Told]) -> list[Key]:
+def _common(fitted: Sequence[_Fitted]) -> list[Key]:
     """The errors that all fits have in common: none where robots are described differently."""
-    if len({one.described for one in told}) > 1:
+    if len({one.described for one in fitted}) > 1:
         return []
-    return [key for key in told[0].errors if all(key in one.errors for one in told)]
+    return [key for key in fitted[0].errors if all(key in one.errors for one in fitted)]
 
 
-def _estimate(one: _Told, common: Sequence[Key]) -> Estimate:
+def _estimate(one: _Fitted, common: Sequence[Key]) -> Estimate:
     slopes = np.array([one.errors[key] for key in common]).reshape(len(common), len(one.columns)).T
     return Estimate(one.columns, one.value, one.covariance - slopes @ slopes.T, slopes)
 
@@ -137,14 +137,14 @@ def _table(
     limits = np.array([scatter_interval(values[own, k], std[own, k]) for k, own in enumerate(known.T)])
     several = known.sum(axis=0) > 1
 
-    def told(x: Array) -> Array:
+    def fitted(x: Array) -> Array:
         """In the units of the parameters."""
         return np.where(p.log, np.exp(np.where(p.log, x, 0.0)), x)
 
     def of_all(x: Array) -> Array:
         """(fits, p), NaN for fits that failed."""
         table = np.full((len(p.value), count), np.nan)
-        table[list(rows)] = told(x)
+        table[list(rows)] = fitted(x)
         return table
 
     mean, half = found.mean, found.mean_half
@@ -154,9 +154,9 @@ def _table(
         log=p.log,
         shared=same,
         count=known.sum(axis=0),
-        mean=told(mean),
-        mean_low_95=told(mean - half),
-        mean_high_95=told(mean + half),
+        mean=fitted(mean),
+        mean_low_95=fitted(mean - half),
+        mean_high_95=fitted(mean + half),
         scatter=np.where(several & ~same, found.scatter, np.nan),
         scatter_low_95=np.where(same, np.nan, limits[:, 0]),
         scatter_high_95=np.where(same, np.nan, limits[:, 1]),

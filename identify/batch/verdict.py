@@ -48,7 +48,7 @@ def population_notes(p: PopulationTable | None) -> Texts:
     ]
     if p.common:
         said.append(
-            f"{p.common} errors of what was told of the robot are the same in all fits, which use one"
+            f"{p.common} nuisance parameters of the robot are the same in all fits, which use one"
             " description: they do not average out, and the intervals of means count them once"
         )
     return tuple(said)
@@ -88,13 +88,15 @@ def dependence_verdict(d: DependenceTable) -> str:
     """Whether a parameter depends on posture."""
     tested = np.isfinite(d.p_value)
     if not tested.any():
-        return "Whether a parameter depends on posture cannot be told: none is determined at two postures."
+        return (
+            "Whether a parameter depends on posture cannot be determined: none is determined at two postures."
+        )
     found = _by_scatter(d)
     if not found:
         return (
             f"No parameter depends on posture, as far as the intervals of {tested.sum()} parameters can tell."
         )
-    named = ", ".join(_told(d, row) for row in found[:3]) + (
+    named = ", ".join(_dependence(d, row) for row in found[:3]) + (
         f" and {len(found) - 3} more" if len(found) > 3 else ""
     )
     depend = "depends" if len(found) == 1 else "depend"
@@ -104,7 +106,7 @@ def dependence_verdict(d: DependenceTable) -> str:
     )
 
 
-def _told(d: DependenceTable, row: int) -> str:
+def _dependence(d: DependenceTable, row: int) -> str:
     return (
         f"{d.parameter[row]} (scatter {100 * d.scatter[row]:.2g} %)"
         if d.scatter[row] > 0

@@ -16,7 +16,7 @@ from identify.core.arrays import Array, Mask
 
 _BLOCKS, _DRAWS = 20, 2000
 _SLOWEST = 0.1
-"""Share of the samples, those at least speed, by which noise is told from waves over an angle."""
+"""Share of the samples, those at least speed, by which noise is separated from waves over an angle."""
 _STRIDES = 8
 """Steps that are tried, up to 128 samples."""
 _ROUNDING = 1e-12
@@ -185,7 +185,7 @@ def covariance(
 
 def white_level(signal: Array, used: Mask, speed: Array | None = None) -> float:
     """Standard deviation of what changes from sample to sample in a joint's signal (samples,): its noise, by
-    third differences (MAD); NaN where noise is not told from the signal.
+    third differences (MAD); NaN where noise cannot be separated from the signal.
 
     Behind a filter, or between two counts of an encoder, hardly anything changes from one sample to the next:
     third differences over every second, fourth, ... sample then grow until they are those of independent

@@ -3,7 +3,7 @@ and what to do.
 """
 
 _LONGEST = 1000
-"""Characters of what was found that are told: a damaged file may be one line."""
+"""Characters of what was found that are printed: a damaged file may be one line."""
 EXIT_DONE, EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 0, 2, 3, 4, 130
 
 
@@ -21,8 +21,8 @@ class InputError(Exception):
             parts.append(f"expected {expected}")
         if fix:
             parts.append(fix)
-        told = "; ".join(parts)
-        super().__init__(told if told.endswith("?") else told + ".")
+        whole = "; ".join(parts)
+        super().__init__(whole if whole.endswith("?") else whole + ".")
         self.where, self.found, self.expected, self.fix = where, found, expected, fix
 
 

@@ -15,7 +15,7 @@ from identify.core.errors import InputError
 @dataclass(frozen=True)
 class Parameter:
     """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all
-    where not `free`.  nuisance: an error of what was told, about zero in units of its standard deviation.
+    where not `free`.  nuisance: a nuisance parameter, about zero in units of its standard deviation.
     prior_std: before any data, in discovery: standard deviation about the start, of the logarithm where
     `log`; 0 where nothing is known.
     """

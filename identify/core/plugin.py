@@ -63,7 +63,9 @@ def load_guarded(point: EntryPoint, what: str, is_one: Callable[[Any], bool]) ->
 
 @contextlib.contextmanager
 def blamed(function: Callable[..., Any]) -> Iterator[None]:
-    """What is wrong with what a function gave is told of its package, where it is one of a third party."""
+    """What is wrong with what a function gave is reported with its package, where it is one of a third
+    party.
+    """
     name = getattr(function, "plugin", "")
     if not name:
         yield

@@ -40,12 +40,14 @@ def plug_ins() -> tuple[str, ...]:
 class Registry:
     """Names and where to import them from (`module:attribute`), with `group` the entry-point group of third
     parties, and `base`, as `module:attribute`, the class that theirs must be of; empty: they are functions.
+    formerly: old names, each with the one that does its work now.
     """
 
     what: str
     group: str
     builtin: dict[str, str]
     base: str = ""
+    formerly: dict[str, str] = field(default_factory=dict)
     added: dict[str, Any] = field(default_factory=dict)
 
     def names(self) -> list[str]:
@@ -87,7 +89,11 @@ class Registry:
         return isinstance(thing, type) and issubclass(thing, _named(self.base)) and not isabstract(thing)
 
     def near(self, name: str) -> str:
-        """A question after the known name that is most like an unknown one; empty where none is."""
+        """What an old name is called now, or a question after the known name that is most like an unknown
+        one; empty where none is.
+        """
+        if name in self.formerly:
+            return f"it is `{self.formerly[name]}` now"
         found = difflib.get_close_matches(name, self.names(), n=1)
         return f"did you mean `{found[0]}`?" if found else ""
 

@@ -45,7 +45,7 @@ class Separated:
 
 def eliminate(columns: Array, target: Array, rank: float = _RANK) -> Eliminated:
     """The best coefficients of columns (n, p) for one target (n,) or several (n, k), the columns brought to
-    one length first; of columns that cannot be told apart, the smallest.
+    one length first; of columns that cannot be distinguished, the smallest.
     """
     scale = np.linalg.norm(columns, axis=0)
     scale[scale == 0] = 1.0

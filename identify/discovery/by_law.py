@@ -4,18 +4,18 @@ stiffness of simple form at the best of them.
 
 from __future__ import annotations
 
+from identify.discovery.decimated import without_amplitude
 from identify.discovery.evidence import closed, removed
 from identify.discovery.places.job import Known
 from identify.discovery.places.look import look, unknown_laws
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.state import Added, State, convincing
 from identify.discovery.task import Task
-from identify.discovery.thinned import without_amplitude
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 
 _MOSTLY, _WHOLE = 0.5, 1
-"""Share of what is above noise that a law must explain: any law makes up for some of what is missing
+"""Share of what is above noise that a law must explain: any law compensates for some of what is missing
 elsewhere.
 """
 

@@ -28,7 +28,7 @@ from identify.results.curves import CurveTable, PlaceTable
 from identify.vibration.problem import Measurement, Problem, with_effects
 
 _LISTED, _MEASURED = 15, 6
-"""Places of a step that are told; added effects whose curves are measured."""
+"""Places of a step that are reported; added effects whose curves are measured."""
 
 
 def acting(problem: Problem, found: Discovery) -> str:
@@ -56,7 +56,7 @@ class Wanted:
 def wanted(problem: Problem, found: Discovery, at: str = "") -> list[Wanted]:
     """One for each of the first few added effects at a place of the structure; where the gap stays open, one
     for the coordinate `at`, or without it for the place that explains most of the rest.  Errors of what was
-    told are held where the final fit ended.
+    stated are held where the final fit ended.
     """
     every: list[Wanted] = []
     for option in found.added[:_MEASURED]:
@@ -161,23 +161,24 @@ def _table(
         law_gap=np.array([one.gap for one in ranked]),
         law_log_odds=np.array([one.log_odds for one in ranked]),
         peak_n=peak_n,
-        axis=_axis(model.place, curve.lean),
+        axis=_axis(model.place, curve.misalignment),
         errors_held=held,
+        site=place.sentence(),
     )
 
 
-def _axis(place: Place, lean: Array) -> str:
+def _axis(place: Place, misalignment: Array) -> str:
     """How its direction was found to differ from its coordinate, and how surely; empty where that is not
     seen.
     """
     if not isinstance(place, Release):
         return ""
-    leans = ", ".join(
+    turns = ", ".join(
         turned(name, by, f" ± {SIGMAS_95 * np.degrees(np.arctan(std)):.2f}")
-        for name, (by, std), clear in zip(place.towards, lean, seen(lean), strict=True)
+        for name, (by, std), clear in zip(place.towards, misalignment, seen(misalignment), strict=True)
         if clear
     )
-    return f"the axis is turned from {place.coordinates[0]} by {leans}" if leans else ""
+    return f"the axis is turned from {place.coordinates[0]} by {turns}" if turns else ""
 
 
 def _unit(place: Place) -> str:

@@ -11,13 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
+from identify.discovery.decimated import decimated
 from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
-from identify.discovery.lean import leaning_task
+from identify.discovery.misalignment import misaligned_task
 from identify.discovery.neighbours import moved, neighbours
 from identify.discovery.state import Added, Rival, State, convincing, likelier
 from identify.discovery.strut import strut_task
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -29,7 +29,7 @@ from identify.vibration.problem import Problem
 _LOOKED, _WHOLE = 3, 2
 """The most important effects, whose other forms are looked at; how many of these are taken to all lines."""
 _RIVAL = float(np.log(0.01))
-"""Log odds above which something else in an effect's place is told: a probability of 1 %."""
+"""Log odds above which something else in an effect's place is reported: a probability of 1 %."""
 
 
 def in_other_forms(workers: Workers, state: State, story: Story) -> State:
@@ -143,6 +143,6 @@ def _turned(workers: Workers, state: State) -> State:
 def _turned_task(problem: Problem, trial: Trial) -> Task | None:
     """None, too, where the search for a direction fails: one effect ends no search."""
     try:
-        return strut_task(thinned(problem), trial) or leaning_task(thinned(problem), trial)
+        return strut_task(decimated(problem), trial) or misaligned_task(decimated(problem), trial)
     except np.linalg.LinAlgError:
         return None

@@ -26,14 +26,15 @@ _CONCENTRATED = 0.5
 
 @dataclass(frozen=True)
 class Part:
-    """One part of the data: what it is one of (`band`, `point`, ...), its name, its gap, and its share of all
-    that is above noise.
+    """One part of the data: what it is one of (`band`, `point`, ...), its name, its gap, its share of all
+    that is above noise, and the frequency of a band's lower end or a mode, NaN of others.
     """
 
     kind: str
     name: str
     gap: float
     share: float
+    frequency_hz: float = np.nan
 
 
 def band_limits(problem: Problem) -> Array:
@@ -67,11 +68,11 @@ def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:
     whole = max(sum(float((s - 1).sum()) for s in squares), 1e-12)
     found: list[Part] = []
 
-    def add(kind: str, name: str, chosen: Sequence[Array]) -> None:
+    def add(kind: str, name: str, chosen: Sequence[Array], hz: float = np.nan) -> None:
         count = sum(part.size for part in chosen)
         if count:
             total = sum(float(part.sum()) for part in chosen)
-            found.append(Part(kind, name, float(np.sqrt(total / count)), (total - count) / whole))
+            found.append(Part(kind, name, float(np.sqrt(total / count)), (total - count) / whole, hz))
 
     for target, own in zip(fitted, squares, strict=True):
         add("measurement", target.name, [own])
@@ -80,6 +81,7 @@ def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:
             "band",
             f"{low:.3g} to {high:.3g} Hz",
             [s[_lines(t, bands)[band]] for t, s in zip(fitted, squares, strict=True)],
+            float(low),
         )
     for kind, label in (("point", _point_of), ("direction", _direction_of), ("force", _force_of)):
         names = {label(problem, t, pair) for t in fitted for pair in range(len(t.pairs[0]))}
@@ -88,7 +90,8 @@ def parts(problem: Problem, values: Array, bands: Array) -> list[Part]:
             add(kind, name, [s[:, pick] for s, pick in zip(squares, chosen, strict=True)])
     for frequency, half in _modes(fitted, values):
         near = [np.abs(t.data.frequency_hz - frequency) <= half for t in fitted]
-        add("mode", f"{frequency:.1f} Hz", [s[pick] for s, pick in zip(squares, near, strict=True)])
+        there = [s[pick] for s, pick in zip(squares, near, strict=True)]
+        add("mode", f"{frequency:.1f} Hz", there, float(frequency))
     return sorted(found, key=lambda part: -part.share)
 
 

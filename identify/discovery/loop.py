@@ -91,7 +91,7 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
     curvature on few lines are near the truth where they are large.
 
     The least supported first, until one holds; all of them where one depends on amplitude, which the others
-    may have made up for before it was found.
+    may have compensated for before it was found.
     """
     every = any(one.effect.of_amplitude for one in state.added)
     for one in sorted(state.added, key=lambda one: one.evidence):

@@ -7,10 +7,10 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
+from identify.discovery.decimated import decimated
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import thinned
 from identify.discovery.trial import retimed
 from identify.discovery.workers import Workers
 from identify.fitting.fit import ENOUGH, agreeing, starting_points
@@ -38,7 +38,7 @@ def present_model(problem: Problem, workers: Workers) -> Trial:
 
 
 def _begun(problem: Problem) -> dict[str, float]:
-    study, scale, thin = problem.file.study, Scale(problem.parameters), thinned(problem)
+    study, scale, thin = problem.file.study, Scale(problem.parameters), decimated(problem)
     ends = list[tuple[float, dict[str, float]]]()
     for point in starting_points(problem.parameters, study.starts, study.start_factor, study.seed):
         ends.append(_ended(thin, retimed(thin, scale.to_values(point))))

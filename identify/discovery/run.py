@@ -173,8 +173,9 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
 def _evaluated(
     problem: Problem, trial: Trial, *, key: str, measured: Mapping[str, MeasuredModes | None]
 ) -> results.FitResult:
-    """The result of a trial; what it says of data that were not fitted is known already where errors of what
-    was told were fitted along in it.
+    """The result of a trial; what it says of data that were not fitted is known already where nuisance
+    parameters
+     were fitted along in it.
     """
     known = problem.validated and problem.file.study.uncertainty not in (None, FORMS_ALONE, IMPACTS_ALONE)
     elsewhere = trial.gap_validation if known else None
@@ -226,6 +227,7 @@ def _step(problem: Problem, found: Discovery, number: int, bands: Array) -> Step
             tuple(p.name for p in by_part),
             np.array([p.gap for p in by_part]),
             np.array([p.share for p in by_part]),
+            np.array([p.frequency_hz for p in by_part]),
         ),
         options=_options(step),
         best=step.best.effect.sentence() if step.best else "",

@@ -25,7 +25,7 @@ def gaps(gap: float, elsewhere: float) -> str:
 
 
 _FAR = 5.0
-"""A stiffness of a drive this many times off its start has made up for something."""
+"""A stiffness of a drive this many times off its start has compensated for something."""
 _DOUBTFUL = ("not determined", *BOUNDS)
 
 
@@ -84,17 +84,17 @@ def decision(step: Step, kept: bool) -> str:
 
 
 def assumed(problem: Problem, found: Discovery) -> str:
-    """What was taken for granted of what was told, in a sentence; empty where that cannot matter."""
+    """What was taken for granted of what was stated, in a sentence; empty where that cannot matter."""
     stated = problem.file.study.uncertainty
     if stated == FORMS_ALONE:
         return (
-            "All that was told was taken as exact, but the form of the link that bends was fitted along: how"
+            "All stated values were taken as exact, but the form of the link that bends was fitted along: how"
             " its sensors follow its end, and where its mass is, which no beam has as a real link has it"
             " (`uncertainty: {flexible_links: ...}` in the new study)."
         )
     if stated == IMPACTS_ALONE:
         return (
-            "All that was told was taken as exact, but strengths and duration of the impacts were fitted"
+            "All stated values were taken as exact, but strengths and duration of the impacts were fitted"
             " along, on which what was found depends (`uncertainty: {impacts: ...}` in the new study)."
         )
     if stated is not None:
@@ -106,7 +106,7 @@ def assumed(problem: Problem, found: Discovery) -> str:
     if found.final.gap <= MISSING:
         return ""
     return (
-        "All that was told was taken as exact.  Masses, places of sensors, gains and directions of impacts"
+        "All stated values were taken as exact.  Masses, places of sensors, gains and directions of impacts"
         " that are some per cent, millimetres and degrees off leave such a gap too: `uncertainty: typical`"
         " in the study takes them into account."
     )

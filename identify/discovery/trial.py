@@ -12,10 +12,10 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Scale
+from identify.discovery.decimated import count_of, decimated, free_of, left_out, without_amplitude
 from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import count_of, free_of, left_out, thinned, without_amplitude
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Ended, Search
 from identify.fitting.optimizers.gauss_newton import GaussNewton
@@ -30,14 +30,14 @@ _REDUCED = 12
 _FEW_LINES, _ALL_LINES = 1e-4, 1e-6
 """Relative change of a sum of squares at which a fit ends."""
 _FAR, _COARSE = 5.0, 1e-2
-"""The gap above which errors of what was told are not followed to the end, and where they end."""
+"""The gap above which nuisance parameters are not followed to the end, and where they end."""
 
 
 class TrialRunner:
     """Where models are fitted: a problem with all its lines and with few of them."""
 
     def __init__(self, problem: Problem) -> None:
-        self.whole, self.thin = problem, thinned(problem)
+        self.whole, self.thin = problem, decimated(problem)
         self.kept = self.thin if problem.validated else left_out(self.thin)
         self._fitter: tuple[Known, PlaceFitter] | None = None
         lines = [m.target.data.frequency_hz for m in problem.measurements if isinstance(m.target, FrfTarget)]
@@ -116,7 +116,7 @@ def best_of(problem: Problem, starts: Array) -> Array:
 
 def fitted(problem: Problem, start: Array, steps: int, tolerance: float) -> tuple[Array, float]:
     """From start (unknowns,), after so many steps at most, to the greatest likelihood near it; values and
-    cost.  With errors of what was told it ends coarsely where it is far from the data: they creep on to make
+    cost.  With nuisance parameters it ends coarsely where it is far from the data: they creep on to make
     up for what the model lacks.
     """
     objective = likelihood(problem)

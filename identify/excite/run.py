@@ -136,7 +136,7 @@ def _verdict(study: ExciteStudy, table: ExcitedTable, ratio: float, true: float)
         f" median, intervals are {ratio:.3g} times narrower than those of motion at random within the same"
         " limits.",
         f"In the rehearsal values scatter by {true:.3g} of the promised intervals at the median; the promised"
-        f" intervals hold the truth in {100 * float(table.kept[wanted].mean()):.3g} % of all cases.",
+        f" intervals contain the truth in {100 * float(table.kept[wanted].mean()):.3g} % of all cases.",
     )
 
 

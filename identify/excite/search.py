@@ -69,7 +69,7 @@ class Search:
 
 
 def best_motion(search: Search, done: Callable[[int, int], None] = lambda number, total: None) -> Series:
-    """The best motion found, inside the workspace; done: told how many starts were improved, of all.
+    """The best motion found, inside the workspace; done: called with how many starts were improved, of all.
 
     InputError where no motion within the limits shows all that is to be found.
     """

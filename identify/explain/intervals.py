@@ -1,5 +1,5 @@
-"""How sure the values of a fit are: 95 % intervals by the scatter of what is left, and which effects are told
-from nothing.
+"""How sure the values of a fit are: 95 % intervals by the scatter of what is left, and which effects are
+distinguished from nothing.
 """
 
 from __future__ import annotations

@@ -263,7 +263,7 @@ def solve(
     plain: bool = False,
 ) -> Fit:
     """The best coefficients for given nonlinear parameters, and for what is expected of them; of columns that
-    cannot be told apart, the smallest; plain: by least squares, whatever instruments there are.
+    cannot be distinguished, the smallest; plain: by least squares, whatever instruments there are.
     """
     columns, weight = design(problem, effects, nonlinear), np.where(problem.mask, weights, 0.0)
     rows = _weighted(columns, weight)

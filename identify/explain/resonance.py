@@ -15,7 +15,7 @@ _NEAR = 0.1
 _MUCH = 0.05
 """Part of a target's squares below which what is left of it calls for no warning."""
 _PERIODS = 10
-"""A wave that passes fewer times in a record is too slow for a peak to be told from a drift."""
+"""A wave that passes fewer times in a record is too slow for a peak to be distinguished from a drift."""
 
 
 def resonance_warnings(

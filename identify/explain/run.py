@@ -81,8 +81,8 @@ def run_explain(
     workers: int | None = None,
     resume: bool = False,
 ) -> tuple[ExplainResult, Path]:
-    """Explain the records of a study, write the result and return it with its path; progress: told what was
-    just found; workers: processes, by default one, with the same result to the last bit.
+    """Explain the records of a study, write the result and return it with its path; progress: called with
+    what was just found; workers: processes, by default one, with the same result to the last bit.
 
     While it runs, the part file beside the result keeps what `resume` needs; a finished run of the same study
     is not run again by it.  InputError or InputErrors for whatever cannot be read, does not fit together or

@@ -160,7 +160,8 @@ def unknown(found: TargetResult) -> list[str]:
     if unsure:
         said.append(
             f"how far the {found.target} of joint {', '.join(unsure)} is above its noise: behind a filter, or"
-            " with nothing but what is smooth in it, noise is not told from the signal, so there is no gap"
+            " with nothing but what is smooth in it, noise cannot be separated from the signal, so there is"
+            " no gap"
         )
     far = [
         f"joint {joint} ({gap:.2g})"

@@ -1,4 +1,4 @@
-"""What a fit is told: its stages, each with what it minimises and which parameters it moves, and its starts.
+"""The plan of a fit: its stages, each with what it minimises and which parameters it moves, and its starts.
 
 A study writes a stage as one mapping, the keys of the optimizer beside those of the stage (`StageSettings`).
 An analysis makes the `FitPlan` from its own data and models and hands it to `identify.fitting.fit`.

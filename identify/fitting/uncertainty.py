@@ -60,7 +60,7 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class Joint:
-    """What is known of parameters and errors of what was told together, on the search scale.
+    """What is known of parameters and nuisance parameters together, on the search scale.
 
     root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
     the covariance of the free parameters that comes from noise, widening (f,): by how much it was taken wider
@@ -171,7 +171,7 @@ def joint_uncertainty(
     notes: tuple[str, ...] = (),
     widening: Array | float = 1.0,
 ) -> Uncertainty:
-    """Uncertainty of parameters beside errors of what was told: marginal, with what is known of both.
+    """Uncertainty of parameters beside nuisance parameters: marginal, with what is known of both.
 
     information (u, u): J'J of all free unknowns on the search scale; errors (u,): which of them are errors,
     each in units of its standard deviation.  noise gives, for some combinations (c, u) of the scores J'e,
@@ -184,8 +184,8 @@ def joint_uncertainty(
     bread = root @ root.T
     wider = np.broadcast_to(widening, len(own))
     from_noise = noise(bread[own]) * np.outer(wider, wider)
-    told = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, information + np.diag(known), from_noise, errors, wider, told)
+    summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
+    return _marginal(root, information + np.diag(known), from_noise, errors, wider, summary)
 
 
 def propagated_uncertainty(
@@ -198,7 +198,7 @@ def propagated_uncertainty(
     notes: tuple[str, ...] = (),
     widening: Array | float = 1.0,
 ) -> Uncertainty:
-    """`sandwich` of parameters that were fitted with errors of what was told held at nothing: moved (f, e) is
+    """`sandwich` of parameters that were fitted with nuisance parameters held at nothing: moved (f, e) is
     how far a standard deviation of each error moves the optimum, on the search scale.
 
     The truth is the optimum, plus what noise does, plus moved times the errors, of which the data then tell
@@ -214,8 +214,8 @@ def propagated_uncertainty(
     without = information + np.diag(prior)
     across = -without @ moved
     both = np.block([[without, across], [across.T, np.eye(count_of_errors) - moved.T @ across]])
-    told = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, both, from_noise, errors, wider, told)
+    summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
+    return _marginal(root, both, from_noise, errors, wider, summary)
 
 
 def _marginal(
@@ -224,17 +224,17 @@ def _marginal(
     from_noise: Array,
     errors: Mask,
     wider: Array,
-    told: Callable[[Array, Array, Array], Uncertainty],
+    summary: Callable[[Array, Array, Array], Uncertainty],
 ) -> Uncertainty:
     """Of the parameters, with what is known of both: root (u, u) of the inverse of the information (u, u);
-    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,); told: what is
-    said of information, covariance and its inverse, each (f, f).
+    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,); summary: what
+    is said of information, covariance and its inverse, each (f, f).
     """
     own, bread = np.flatnonzero(~errors), root @ root.T
     stated = bread[np.ix_(own, np.flatnonzero(errors))]
     directions, sizes, _ = np.linalg.svd(root[own], full_matrices=False)  # the root is far from singular
     reduced = (directions / sizes**2) @ directions.T
-    found = told(reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)])
+    found = summary(reduced, from_noise + stated @ stated.T, bread[np.ix_(own, own)])
     more = np.ones(len(errors))
     more[own] = found.std / found.independent_std
     spread = np.sqrt(np.diag(bread)[errors])

@@ -2,8 +2,8 @@
 by: what curves of rigid bodies share.
 
 Joints are weighted by what is left of each (Gautier 1997) in a second pass; speed and acceleration come from
-behind the low-pass of the study, torques are as recorded.  Where a rotor's inertia cannot be told from a
-link's, it goes to the link's.
+behind the low-pass of the study, torques are as recorded.  Where a rotor's inertia cannot be distinguished
+from a link's, it goes to the link's.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ class JointTestData:
     """folder: of the config; gear_ratio (joints,); torque_ratio (joints,): what a recorded torque is
     multiplied by to be one at the joint; slow: rad/s up to which a joint stands; coupling (drives, joints),
     or None: `identify.robot.coupling`; settings: what the study says of the robot, where it has one; inputs:
-    sha256 of every file read so far, by its name; watch: told every record that is read.
+    sha256 of every file read so far, by its name; watch: called with every record that is read.
     """
 
     folder: Path

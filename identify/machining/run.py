@@ -82,13 +82,13 @@ def run_stability(
     path = out or model.with_name(f"{model.stem}_stability.h5")
     result_file.check_new(path, "depth limits", [model, tool])
     with held(path), one_thread():
-        told = file.study, str(tool), speeds, draws
+        common = file.study, str(tool), speeds, draws
         if kind == "":
-            carried = _by_frfs(model, posture, options or FrfFileOptions(), *told)
+            carried = _by_frfs(model, posture, options or FrfFileOptions(), *common)
         elif kind == ModesResult.KIND:
-            carried = _by_modes(model, posture, *told)
+            carried = _by_modes(model, posture, *common)
         else:
-            carried = _on_robot(model, posture, *told)
+            carried = _on_robot(model, posture, *common)
         result = _result(carried, model, file, begun)
         result_file.write(result, path)
     return result, [path]

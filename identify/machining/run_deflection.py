@@ -141,7 +141,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
     soft, stiff = rows.compliance[most, 0], rows.compliance[most, 2]
     softest = ", ".join(f"{value:.2f}" for value in np.round(rows.directions[most, 0], 2) + 0.0)
     return moved, (
-        f"There it gives way most along ({softest}): {1e6 * soft:.3g} µm/N, and least,"
+        f"There it is most compliant along ({softest}): {1e6 * soft:.3g} µm/N, and least,"
         f" {1e6 * stiff:.3g} µm/N, across it."
     )
 
@@ -149,7 +149,7 @@ def _verdict(rows: DeflectionRows, point: Point) -> tuple[str, ...]:
 def _notes(fit: FitResult) -> tuple[str, ...]:
     return (
         *of_fit(fit),
-        *of_gap(fit.gap, "which the intervals hold as errors of the stiffnesses"),
+        *of_gap(fit.gap, "which the intervals include as errors of the stiffnesses"),
         "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
         " softer under small loads are not in it",
     )

@@ -160,10 +160,10 @@ def _of_spindle(tool: Tool) -> list[str]:
 
 
 def of_model(model: FittedModel) -> tuple[str, ...]:
-    """A warning where errors of what was told were fitted along."""
+    """A warning where nuisance parameters were fitted along."""
     if model.off is None:
         return ()
     return (
-        "errors of what was told are as the fit found them; what they leave uncertain is in the intervals,"
+        "nuisance parameters are as the fit found them; what they leave uncertain is in the intervals,"
         " but for how errors of lengths and angles turn the tool itself",
     )

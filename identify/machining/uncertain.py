@@ -2,7 +2,7 @@
 
 Four causes, independent of each other:
 
-- what the fit's data leave open of parameters, and of what was told of the robot (masses, lengths, joint
+- what the fit's data leave open of parameters, and of what was stated of the robot (masses, lengths, joint
   angles), where that was said to be uncertain: exact sensitivities times a root of their joint covariance;
 - joint angles that the tool's file says are uncertain, by what they change of the mass matrix and of the
   tip's motion; what they change of the gravity stiffness, itself a thousandth of the joints', is left out;

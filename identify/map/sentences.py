@@ -59,7 +59,9 @@ def of_processes(learnt: Learnt) -> list[str]:
             silent.append(f"{name} (probability {chance:.2g}, scatter {100 * table.scatter[row]:.2g} %)")
     if silent:
         postures = _postures(learnt, int(np.argmax(table.postures)))
-        said.append(f"Whether errors go with the posture is not told by {postures}: {', '.join(silent)}.")
+        said.append(
+            f"Whether errors go with the posture is not determined by {postures}: {', '.join(silent)}."
+        )
     return said
 
 
@@ -68,7 +70,7 @@ def _postures(learnt: Learnt, row: int) -> str:
 
 
 def _left_out(learnt: Learnt, quantity: str) -> str:
-    """How well each measured posture is told by the others."""
+    """How well each measured posture is predicted by the others."""
     table = learnt.left_out
     kept = np.array(table.quantity) == quantity
     if not kept.any():
@@ -79,8 +81,8 @@ def _left_out(learnt: Learnt, quantity: str) -> str:
     )
     inside = int(np.sum((table.low_95[kept] <= right) & (right <= table.high_95[kept])))
     return (
-        f": told by the others alone, each is off by {after:.3g} % in place of {before:.3g} %, and {inside}"
-        f" of {len(right)} numbers lie in their 95 % intervals"
+        f": predicted by the others alone, each is off by {after:.3g} % in place of {before:.3g} %, and"
+        f" {inside} of {len(right)} numbers lie in their 95 % intervals"
     )
 
 

@@ -120,7 +120,7 @@ class Arrays:
         value = self.value(name)
         if value is None:
             return None
-        return [_decoded(item) for item in np.ravel(np.asarray(value, dtype=object)).tolist()]
+        return [str(item).strip() for item in np.ravel(np.asarray(value, dtype=object)).tolist()]
 
 
 def read_arrays(arrays: Arrays) -> FrfRecords:
@@ -294,8 +294,3 @@ def _channels(arrays: Arrays, name: str, asked: list[str] | None) -> list[Channe
     if len(set(channels)) < len(channels):
         raise InputError(f"{arrays.where}, {name}", "a channel that comes twice", "each once")
     return channels
-
-
-def _decoded(item: Any) -> str:
-    """A text cell of HDF5 or MATLAB, without the blanks that fill it."""
-    return str(item).strip()

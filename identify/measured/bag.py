@@ -66,8 +66,8 @@ def _series(reader: Any, topic: str) -> tuple[list[Any], Array]:
     if not read:
         raise Refused(topic, "no message")
     stamps = [getattr(getattr(message, "header", None), "stamp", None) for message, _ in read]
-    told = [0 if stamp is None else 10**9 * stamp.sec + stamp.nanosec for stamp in stamps]
-    times = told if all(told) else [at for _, at in read]
+    stamped = [0 if stamp is None else 10**9 * stamp.sec + stamp.nanosec for stamp in stamps]
+    times = stamped if all(stamped) else [at for _, at in read]
     return [message for message, _ in read], 1e-9 * np.array(times, dtype=float)
 
 

@@ -93,13 +93,13 @@ AS_STATED = Correction()
 
 
 def _corrected(
-    told: Mapping[str, float | str], channels: tuple[Channel, ...], where: str
+    stated: Mapping[str, float | str], channels: tuple[Channel, ...], where: str
 ) -> tuple[tuple[Channel, ...], Array]:
     """What channels really are, and the factor (channels,) of each; InputError for a name of none, or where
     two become one.
     """
     factors, real = np.ones(len(channels)), list(channels)
-    for name, value in told.items():
+    for name, value in stated.items():
         own = [n for n, one in enumerate(channels) if name in (str(one.node), str(one))]
         if not own:
             known = ", ".join(map(str, channels))

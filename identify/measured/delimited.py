@@ -10,7 +10,7 @@ comments.
 - wide: `frequency_hz` and for each pair `12:+Z/1:+X real` and `12:+Z/1:+X imag`, or `... magnitude` and `...
 phase_deg`,
   and optionally `... coherence`; a column may lack its pair where the options name one of each; frequencies
-  may be told by start and step; the key `columns` names the columns of a file that does not;
+  may be given by start and step; the key `columns` names the columns of a file that does not;
 - time history: `time_s` and for each signal `12:+Z [m/s^2]` or `1:+X [N]`; a first column `block` numbers the
 hits.
 """
@@ -20,7 +20,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
 from math import isfinite
 from pathlib import Path
 
@@ -32,7 +31,6 @@ from identify.core.text_input import is_number, read_csv
 from identify.measured.channel import Channel
 from identify.measured.common_lines import common_axis, common_lines
 from identify.measured.frf_records import FrfFileOptions, FrfRecord, FrfRecords, check_named
-from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.time_history import Signal, Units, sample_rate
 from identify.measured.units import parse_frf_unit, parse_signal_unit
 
@@ -256,32 +254,6 @@ def read_time(path: Path, units: Units) -> tuple[float, list[Signal]]:
         channel, unit = Channel.parse(match[1], where), parse_signal_unit(match[2], where)
         signals.extend(Signal(channel, unit, table.numbers(column, rows), where) for rows in blocks.values())
     return sample_rate(time_s, str(path)), signals
-
-
-def write_frf(path: Path, frf_set: FrfSet) -> None:
-    """Write the measured pairs of an FRF set in the long layout, in SI units, with every digit."""
-    notes = {
-        "unit": UNIT[frf_set.quantity],
-        "averages": frf_set.averages,
-        "window_decay_per_s": frf_set.window_decay_per_s,
-        "record_s": frf_set.record_s,
-    }
-    lines = [f"# {key}: {value}" for key, value in notes.items() if value is not None]
-    lines.append(",".join(_LONG) + (",coherence" if frf_set.coherence is not None else ""))
-    for i, j in product(range(len(frf_set.outputs)), range(len(frf_set.inputs))):
-        if frf_set.measured[i, j]:
-            for line, (frequency, value) in enumerate(
-                zip(frf_set.frequency_hz.tolist(), frf_set.frf[:, i, j].tolist(), strict=True)
-            ):
-                coherence = (
-                    ""
-                    if frf_set.coherence is None
-                    else f",{float(frf_set.coherence[line, i, j])!r}".replace("nan", "")
-                )
-                lines.append(
-                    f"{frequency!r},{frf_set.outputs[i]},{frf_set.inputs[j]},{value.real!r},{value.imag!r}{coherence}"
-                )
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def _long(table: DelimitedTable) -> tuple[Array, list[FrfRecord], tuple[str, ...]]:

@@ -48,7 +48,7 @@ class Checked:
 
 
 def worst_first(findings: Iterable[Finding]) -> list[Finding]:
-    """The findings in the order in which they are told: by level, else as they come."""
+    """The findings in the order in which they are reported: by level, else as they come."""
     levels: tuple[Level, ...] = ("fail", "warn", "info")
     return sorted(findings, key=lambda finding: levels.index(finding.level))
 

@@ -30,7 +30,7 @@ class FrfSet:
     coherence like frf or None; noise like frf or None: known standard deviation of real or imaginary part;
     averages behind each FRF or None; window_decay_per_s is the decay sigma of an exponential window e^{-sigma
     t} that was put on force and response (0: none), so that the set samples H(sigma + j omega); record_s:
-    length of the records, where it was told;
+    length of the records, where it was stated;
     simultaneous_inputs (inputs,): phasors of forces that act at once, such as 1 and -j of one that
     rotates: the FRFs of the first input are then the responses to all of them, and those of the others are
     NaN; source says which file it came from, sha256 what was in it; notes are sentences on what of the file

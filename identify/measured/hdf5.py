@@ -9,13 +9,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import h5py
-
 from identify.core.binary_input import read_hdf5
 from identify.core.tree import Group, Value
 from identify.measured.array_files import Arrays, paths_of, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
-from identify.measured.frf_set import UNIT, FrfSet
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
@@ -27,20 +24,3 @@ def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
         return None if isinstance(value, Group) else value
 
     return read_arrays(Arrays(get, options, str(path), lambda: read_hdf5(path), "/"))
-
-
-def write_frf(path: Path, frf_set: FrfSet) -> None:
-    """Write an FRF set in SI units, every bit of it."""
-    with h5py.File(path, "w") as file:
-        file["frequency_hz"] = frf_set.frequency_hz
-        file["frf"] = frf_set.frf
-        file["outputs"] = [str(channel) for channel in frf_set.outputs]
-        file["inputs"] = [str(channel) for channel in frf_set.inputs]
-        if frf_set.coherence is not None:
-            file["coherence"] = frf_set.coherence
-        file.attrs["quantity"] = frf_set.quantity
-        file.attrs["unit"] = UNIT[frf_set.quantity]
-        file.attrs["window_decay_per_s"] = frf_set.window_decay_per_s
-        for name in ("averages", "record_s"):
-            if (value := getattr(frf_set, name)) is not None:
-                file.attrs[name] = value

@@ -54,5 +54,5 @@ def _of_inertia(st: Complex, quantity: Quantity) -> Complex:
 def _inverse_inertia(scaled: Complex, noise: Array | None, measured: Complex) -> float:
     """1 / J by FRFs over those of a unit inertia (lines,), where they are highest and sure; 0 of none."""
     sure = np.ones(len(scaled), dtype=bool) if noise is None else noise < _SURE * np.abs(measured)
-    told = scaled.real[sure]
-    return max(0.0, float(np.median(told[-max(1, len(told) // _PART) :]))) if told.size else 0.0
+    values = scaled.real[sure]
+    return max(0.0, float(np.median(values[-max(1, len(values) // _PART) :]))) if values.size else 0.0

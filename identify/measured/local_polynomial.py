@@ -9,7 +9,7 @@ linear least squares tell G_0 = H(k) and the variance of V (Pintelon and Schouke
 ed., section 7.2).  Windows do not overlap, so that no two lines share noise.
 
 A controller feeds noise of the responses back into the torque, which biases Y / U.  Where what excited the
-loop was recorded, R, responses and torques are both told by it, and G = G_yr G_ur^-1 (section 7.2.7).
+loop was recorded, R, responses and torques are both related to it, and G = G_yr G_ur^-1 (section 7.2.7).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class _Window:
     variance of their outputs' noise (w, outputs), and what an FRF's variance is of it (w, inputs).
     """
 
-    told: Mask
+    determined: Mask
     frf: Complex
     noise: Array
     share: Array
@@ -68,7 +68,7 @@ def frf_local_polynomial(history: TimeHistory, order: int = 2) -> FrfSet:
     freedom = 2 * (blocks * (2 * half + 1) - unknown)
     noise = pooled_variance(power, found.noise[:, :, None], freedom)
     rate = history.sample_rate_hz
-    frequency = (half + 1 + (2 * half + 1) * np.flatnonzero(found.told)) * rate / samples
+    frequency = (half + 1 + (2 * half + 1) * np.flatnonzero(found.determined)) * rate / samples
     return FrfSet(
         frequency_hz=frequency,
         frf=found.frf,
@@ -100,10 +100,10 @@ def _estimated(
     matrix = _regressors(excited, order)
     scale = np.linalg.norm(matrix, axis=1, keepdims=True)
     q, r = np.linalg.qr(matrix / np.where(scale > 0, scale, 1.0))
-    told = np.min(np.abs(np.diagonal(r, axis1=1, axis2=2)), axis=1) > _ALIKE
-    if not told.any():
+    determined = np.min(np.abs(np.diagonal(r, axis1=1, axis2=2)), axis=1) > _ALIKE
+    if not determined.any():
         raise InputError(where, "no line at which all forces have power of their own", "forces that differ")
-    spectra, matrix, scale, q, r = (one[told] for one in (spectra, matrix, scale, q, r))
+    spectra, matrix, scale, q, r = (one[determined] for one in (spectra, matrix, scale, q, r))
     inputs = excited.shape[-1]
     inverse = np.linalg.inv(r)[:, :inputs] / np.swapaxes(scale[:, :, :inputs], 1, 2)
     spread = inverse @ np.conj(np.swapaxes(inverse, 1, 2))
@@ -118,7 +118,7 @@ def _estimated(
         spread = np.swapaxes(back, 1, 2) @ spread @ np.conj(back)
     freedom = matrix.shape[1] - matrix.shape[2]
     noise = np.sum(np.abs(rest_of) ** 2, axis=1) / freedom
-    return _Window(told, frf, noise, np.real(np.diagonal(spread, axis1=1, axis2=2)))
+    return _Window(determined, frf, noise, np.real(np.diagonal(spread, axis1=1, axis2=2)))
 
 
 def _regressors(excited: Complex, order: int) -> Complex:

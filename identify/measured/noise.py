@@ -12,7 +12,7 @@ distributed around it; alpha and beta are piecewise linear and found by maximum 
 
 Noise of the force also makes H1 too small, to first order by the share beta (n - 1) of n averages: S_ff in
 its denominator is measured with the noise (Bendat and Piersol, section 9.1), but what an average's own noise
-does to the numerator makes up for one n-th of that.
+does to the numerator compensates for one n-th of that.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _ACROSS = 0.01
 """Transverse sensitivity of a good accelerometer: a channel that moves less than this part of what others do
 measures their motion."""
 _PLAINLY = 1.5
-"""Scatter over stated noise from which a reader is told."""
+"""Scatter over stated noise from which a reader is warned."""
 _DENSE = 2000
 """Numbers in a basis up to which the zeros among them take less time than their leaving out."""
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from identify.measured.finding import Finding
 from identify.measured.time_history import TimeHistory
 
 _SECOND = 0.1
-"""Force of a second hit, over that of the first, that can be told from the ringing of a filter."""
+"""Force of a second hit, over that of the first, that can be distinguished from the ringing of a filter."""
 _ALIKE = 1e-6
 """Part of its largest value below which a signal does not change."""
 _FLAT, _STEP = 3, 0.01

@@ -85,12 +85,12 @@ def _least_density(link: Link) -> float:
 def _twists(robot: Robot) -> Iterator[Finding]:
     """Neighbouring axes that are turned by pi/2 or pi degrees: radians where degrees were to be."""
     angles = np.degrees([_between(*pair) for pair in zip(robot.joints, robot.joints[1:], strict=False)])
-    told = [a for a in angles if np.isclose(a, np.pi / 2, rtol=2e-3) or np.isclose(a, np.pi, rtol=2e-3)]
-    if told:
+    right = [a for a in angles if np.isclose(a, np.pi / 2, rtol=2e-3) or np.isclose(a, np.pi, rtol=2e-3)]
+    if right:
         sentence = (
-            f"Neighbouring axes are turned by {told[0]:.4g} degrees: are angles in radians where degrees go?"
+            f"Neighbouring axes are turned by {right[0]:.4g} degrees: are angles in radians where degrees go?"
         )
-        yield Finding("warn", "robot-angles", (), sentence, float(told[0]))
+        yield Finding("warn", "robot-angles", (), sentence, float(right[0]))
 
 
 def _between(first: Joint, second: Joint) -> float:

@@ -36,7 +36,7 @@ def shortest_record(data: FrfSet) -> float | None:
 
 
 def record_length(data: FrfSet) -> float | None:
-    """The length, s, of records of impacts whose end FRFs show: as told, else the shortest where an
+    """The length, s, of records of impacts whose end FRFs show: as stated, else the shortest where an
     exponential window says that there were impacts; else None.
     """
     if data.record_s is not None or data.window_decay_per_s <= 0:

@@ -2,12 +2,12 @@
 
 In a short window of lines all FRFs of a set are rational functions with one denominator, whatever the
 structure: A(r) H_p(r) = B_p(r), with r a line's distance from the window's centre, A of the order of the
-poles nearby and common to all, and B_p of an order that makes up for all others (the local rational method:
-McKelvey and Guerin, Estimation of frequency response functions by local rational models, SYSID 2012). What
-is left of its linear least squares is noise, and of a window that does not follow a sharp resonance more than
-that; so several windows are tried around each line, and the one that leaves least is taken. An exponential
-window makes the noise of neighbouring lines alike by a known correlation, of which the residuals keep a known
-part.
+poles nearby and common to all, and B_p of an order that compensates for all others (the local rational
+method: McKelvey and Guerin, Estimation of frequency response functions by local rational models, SYSID 2012).
+What is left of its linear least squares is noise, and of a window that does not follow a sharp resonance more
+than that; so several windows are tried around each line, and the one that leaves least is taken. An
+exponential window makes the noise of neighbouring lines alike by a known correlation, of which the residuals
+keep a known part.
 """
 
 from __future__ import annotations

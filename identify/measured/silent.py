@@ -23,7 +23,9 @@ _ROUGH = 0.1
 _ROUNDING = 1e-12
 """Part of a set's largest value below which steps are those of double precision."""
 _SIGMAS = 3.0
-"""A response is told from noise where its energy exceeds that of the noise by as many standard deviations."""
+"""A response is distinguished from noise where its energy exceeds that of the noise by as many standard
+deviations.
+"""
 
 
 def dead(frf_set: FrfSet) -> tuple[tuple[Channel, ...], tuple[Channel, ...]]:

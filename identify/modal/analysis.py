@@ -105,18 +105,6 @@ def check_by_hand(found: Verified, settings: ModalSettings) -> None:
                 raise InputError(key, f"no cluster of poles near {frequency:g} Hz", fix=fix)
 
 
-def analyse_directions(frf_set: FrfSet, settings: ModalSettings | None = None) -> dict[str, ModalAnalysis]:
-    """Each direction of the responses apart, as UMONS did for x, y and z: {"X": ..., "Y": ..., "Z": ...},
-    those measured.
-    """
-    settings = settings or ModalSettings()
-    side = arrange(frf_set, settings).responses
-    measured = [
-        name for code, name in ((1, "X"), (2, "Y"), (3, "Z")) if any(abs(c.direction) == code for c in side)
-    ]
-    return {name: analyse(frf_set, settings.model_copy(update={"direction": name})) for name in measured}
-
-
 def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalSettings) -> ModalAnalysis:
     verified, model = found.verified, found.verified.model
     scaling = scale(model, layout)

@@ -102,46 +102,6 @@ def frac(a: Shapes, b: Shapes) -> Array:
     return _ratio(top**2, own_a * own_b)
 
 
-def csac(a: Shapes, b: Shapes) -> Array:
-    """Cross signature assurance criterion, (lines,): shape correlation of all FRFs [frequency, ...] at each
-    line.
-
-    Blind to level, see `csf`.  Source: Dascotte and Strobbe, IMAC 17 (1999).
-    """
-    top, own_a, own_b = _products(*_flat(*_same(a, b)), axis=1)
-    return _ratio(top**2, own_a * own_b)
-
-
-def csf(a: Shapes, b: Shapes) -> Array:
-    """Cross signature scale factor, (lines,): 2 |a^H b| / (a^H a + b^H b) over all FRFs [frequency, ...] at
-    each line.
-
-    1 only where shape and level agree.  Source: Dascotte and Strobbe, IMAC 17 (1999).
-    """
-    top, own_a, own_b = _products(*_flat(*_same(a, b)), axis=1)
-    return _ratio(2 * top, own_a + own_b)
-
-
-def fdac(a: Shapes, b: Shapes) -> Array:
-    """Frequency domain assurance criterion, (lines of a, lines of b): MAC between operating shapes at every
-    pair of lines.
-
-    a and b are [frequency, ...] with the same FRFs; the ridge shows where b's resonances are shifted.
-    Source: Pascual, Golinval and Razeto, IMAC 15 (1997).
-    """
-    return mac(*_flat(a, b))
-
-
-def faac(a: Shapes, b: Shapes) -> Array:
-    """Frequency amplitude assurance criterion, (lines of a, lines of b): 2 |a^H b| / (a^H a + b^H b) at every
-    pair of lines.
-
-    `fdac` with the level.  Source: Zang, Grafe and Imregun, MSSP 15 (2001).
-    """
-    a, b = _shapes(*_flat(a, b))
-    return _ratio(2 * np.abs(a.conj() @ b.T), _power(a)[:, None] + _power(b)[None, :])
-
-
 def _shapes(a: Shapes, b: Shapes) -> tuple[Shapes, Shapes]:
     a, b = np.atleast_2d(a), np.atleast_2d(b)
     if a.shape[1] != b.shape[1]:
@@ -155,10 +115,6 @@ def _same(a: Shapes, b: Shapes) -> tuple[Shapes, Shapes]:
     if a.shape != b.shape:
         raise ValueError(f"FRF arrays of shape {a.shape} and {b.shape} cannot be compared line by line")
     return a, b
-
-
-def _flat(a: Shapes, b: Shapes) -> tuple[Shapes, Shapes]:
-    return a.reshape(len(a), -1), b.reshape(len(b), -1)
 
 
 def _power(a: Shapes) -> Array:

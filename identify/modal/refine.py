@@ -17,6 +17,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex, Mask
+from identify.modal.descent import descent, factored, solved
 from identify.modal.gram import Columns, Functions, Moments, products, rebuilt, right
 from identify.modal.layout import Layout
 from identify.modal.lsfd import power_of, stack, unit_participation
@@ -284,60 +285,17 @@ def without(found: Fit, gone: int) -> Fit:
 
 
 def minimise(start: Fit, steps: int, tolerance: float) -> Fit:
-    """Levenberg-Marquardt steps until the cost stands still."""
-    state, damping = start, 1e-3
-    for _ in range(steps):
-        if not state.free.any():
-            break
-        gradient, normal = slope(state)
-        better = None
-        while better is None and damping < 1e8:
-            better = _trial(state, _step(normal, gradient, damping))
-            if better is None:
-                damping *= 10
-        if better is None:
-            break
-        done = state.cost - better.cost <= tolerance * state.cost
-        state, damping = better, max(damping / 10, 1e-9)
-        if done:
-            break
-    return state
+    """The fit after damped steps until the cost stands still."""
+    return descent(start, slope, _trial, steps, tolerance) if start.free.any() else start
 
 
 def _trial(state: Fit, step: Array) -> Fit | None:
-    """The fit after a step, if it is better and no pole strides too far or starts to grow."""
+    """The fit after a step, unless a pole strides too far or starts to grow."""
     poles, participation = _moved(state, step)
     stride = np.abs(poles - state.poles) > _STRIDE * -state.poles.real
     if stride.any() or np.any(poles.real >= 0):
         return None
-    trial = fit(state.equations, poles, participation, state.free)
-    return trial if trial.cost <= state.cost else None
-
-
-def _step(normal: Array, gradient: Array, damping: float) -> Array:
-    diagonal = np.diag(normal)
-    # Of a pole that changes nothing, rounding leaves a diagonal on either side of zero.
-    scale = np.sqrt(np.maximum(diagonal, 1e-30 * np.max(np.abs(diagonal))) + np.finfo(float).tiny)
-    factor = factored(normal / np.outer(scale, scale), damping)
-    return np.asarray(solved(factor, gradient / scale) / scale)
-
-
-def factored(matrix: Array, ridge: float) -> Array:
-    """Lower Cholesky factor of a matrix of unit diagonal with a ridge, as small a one as rounding allows."""
-    while np.isfinite(ridge):
-        ridged = matrix.copy()
-        ridged.flat[:: len(matrix) + 1] += ridge
-        # What cho_factor calls, without checks that take longer than factoring a small matrix does.
-        factor, failed = scipy.linalg.lapack.dpotrf(ridged, lower=True, overwrite_a=True)
-        if not failed:
-            return np.asarray(factor)
-        ridge *= 10
-    raise np.linalg.LinAlgError("a normal matrix that is not finite")
-
-
-def solved(factor: Array, right: Array) -> Array:
-    """The solution of equations with such a factor, for right sides (n,) or (n, k)."""
-    return np.asarray(scipy.linalg.lapack.dpotrs(factor, right, lower=True)[0])
+    return fit(state.equations, poles, participation, state.free)
 
 
 def slope(state: Fit) -> tuple[Array, Array]:

@@ -7,15 +7,16 @@ reference has its own weight, so that a small mode is not ruled by what the mode
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.separable import eliminate
+from identify.modal.descent import descent
 from identify.modal.layout import Layout
 from identify.modal.lsfd import regressors, stack, targets, unit_participation
-from identify.modal.refine import factored, solved
 
 _QUICK, _FULL = (3, 1e-3), (15, 1e-6)
 """Largest number of steps, and the relative fall of the cost that ends them."""
@@ -84,7 +85,7 @@ def refine(
         problem = replace(problem, weight=_weights(state.error / problem.rows, layout))
         state = _eliminate(problem, state.poles, state.participation)
         if free.any():
-            state = _minimise(problem, state, *effort)
+            state = descent(state, partial(_gradient, problem), partial(_trial, problem), *effort)
     if not free.any():
         return Refined(state.poles, state.participation, np.zeros((len(poles), 2, 2)), problem.weight)
     _, normal = _gradient(problem, state)
@@ -114,31 +115,8 @@ def _eliminate(problem: _Problem, poles: Complex, participation: Complex) -> _St
     return _State(poles, participation, best.basis, best.coefficients, best.residual)
 
 
-def _minimise(problem: _Problem, state: _State, steps: int, tolerance: float) -> _State:
-    """Levenberg-Marquardt steps until the cost stands still."""
-    damping = 1e-3
-    for _ in range(steps):
-        gradient, normal = _gradient(problem, state)
-        better = None
-        while better is None and damping < 1e8:
-            trial = _eliminate(problem, *_moved(state, _step(normal, gradient, damping), problem.free))
-            if trial.cost <= state.cost:
-                better = trial
-            else:
-                damping *= 10
-        if better is None:
-            return state
-        done = state.cost - better.cost <= tolerance * state.cost
-        state, damping = better, max(damping / 10, 1e-12)
-        if done:
-            break
-    return state
-
-
-def _step(normal: Array, gradient: Array, damping: float) -> Array:
-    scale = np.sqrt(np.maximum(np.diag(normal), np.finfo(float).tiny))
-    factor = factored(normal / np.outer(scale, scale), damping)
-    return np.asarray(solved(factor, gradient / scale) / scale)
+def _trial(problem: _Problem, state: _State, step: Array) -> _State:
+    return _eliminate(problem, *_moved(state, step, problem.free))
 
 
 def _gradient(problem: _Problem, state: _State) -> tuple[Array, Array]:

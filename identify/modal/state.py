@@ -1,4 +1,4 @@
-"""A modal model on its way: a fit and the candidate behind each of its poles, refined and thinned out."""
+"""A modal model on its way: a fit and the candidate behind each of its poles, refined and pruned."""
 
 from __future__ import annotations
 
@@ -54,7 +54,9 @@ def pruned(state: State, layout: Layout) -> State:
     """Without poles that left and, one by one, the one that explains least of what it must."""
     found, modes, gone = state.fit, list(state.modes), list(state.gone)
     for r in np.flatnonzero(_left(found.poles, layout))[::-1]:
-        gone.append(replace(modes.pop(r), reason=_left_for(found.poles[r])))
+        pole = found.poles[r]
+        reason = because(Why.LEFT, abs(pole) / (2 * np.pi), -pole.real / abs(pole))
+        gone.append(replace(modes.pop(r), reason=reason))
         found = without(found, int(r))
     needed = np.where([mode.by_hand for mode in modes], 0.0, required(found))
     while len(found.poles):
@@ -65,10 +67,6 @@ def pruned(state: State, layout: Layout) -> State:
         gone.append(replace(modes.pop(least), reason=because(Why.IDLE_BY_NOISE, over[least])))
         found, needed = without(found, least), np.delete(needed, least)
     return replace(state, fit=found, modes=modes, gone=gone)
-
-
-def _left_for(pole: complex) -> Coded:
-    return because(Why.LEFT, abs(pole) / (2 * np.pi), -pole.real / abs(pole))
 
 
 def _left(poles: Complex, layout: Layout) -> Mask:

@@ -14,7 +14,7 @@ from identify.modal.selection import Candidate, arrays, without_idle
 from identify.modal.settings import ModalSettings
 
 BEYOND = 1.5
-"""How far (as a factor) beyond the band a resonance may be and still be told from residuals."""
+"""How far (as a factor) beyond the band a resonance may be and still be distinguished from residuals."""
 
 
 @dataclass(frozen=True)

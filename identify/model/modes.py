@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from identify.core.arrays import Array, Complex
 from identify.core.threads import each, threads
@@ -41,14 +40,6 @@ class ComplexModes:
     def damping_ratio(self) -> Array:
         """-Re lambda / |lambda|, (m,)."""
         return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
-
-
-def undamped_modes(mass: Array, stiffness: Array) -> tuple[Array, Array]:
-    """Frequencies (n,), Hz, and mass-normalised shapes (n, n), one a row; an unstable mode has a negative
-    frequency.
-    """
-    squares, shapes = scipy.linalg.eigh(stiffness, mass)
-    return np.sign(squares) * np.sqrt(np.abs(squares)) / (2 * np.pi), shapes.T
 
 
 def state_eigen(mass: Array, damping: Array, stiffness: Array) -> tuple[Complex, Complex]:

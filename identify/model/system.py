@@ -194,7 +194,7 @@ def build_site(
     shapes = _shapes(mechanism, names, kept, gone)
     deformations = {names.index(one.name): (one.link, one.deformation) for one in kept if one.deformation}
     mass = shapes.T @ engine.mass_matrix() @ shapes
-    there = _points_left(points or {}, gone)
+    there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
 
@@ -213,10 +213,6 @@ def _shapes(mechanism: Mechanism, names: Sequence[str], kept: Sequence[Added], g
             if name not in gone:
                 shapes[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
     return shapes
-
-
-def _points_left(points: Mapping[int, Point], gone: set[str]) -> dict[int, Point]:
-    return {node: point for node, point in points.items() if point.link not in gone}
 
 
 def _gone(robot: Robot, tested: Robot) -> set[str]:

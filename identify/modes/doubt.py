@@ -31,10 +31,10 @@ def doubts(
 
 def doubt_sentence(frequency_hz: Array, doubt: tuple[str, ...]) -> str:
     """Which modes are doubtful, and in what."""
-    told = [f"{f:.4g} Hz ({why})" for f, why in zip(frequency_hz, doubt, strict=False) if why]
-    if not told:
+    listing = [f"{f:.4g} Hz ({why})" for f, why in zip(frequency_hz, doubt, strict=False) if why]
+    if not listing:
         return ""
-    return f"Doubtful: {listed(told)}."
+    return f"Doubtful: {listed(listing)}."
 
 
 def disagreement_note(name: str, found: Disagreement, modes: int) -> str:

@@ -33,7 +33,7 @@ def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
     if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
         raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
     overrides = {f"modal.{key}": value for key, value in modal.items()}
-    told = replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
+    stated = replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
     study = problem.file.study
     settings = modal_settings(study.modal, modal)
     beside = [problem.file.resolve(path) for path in (study.modal_choices,) if path is not None]
@@ -45,7 +45,7 @@ def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
         if isinstance(m.target, FrfTarget) and _window_untold(m.settings, m.target.data)
     ]
     notes += [f"{listed(untold)}: {NO_WINDOW}"] if untold else []
-    return Job(study.name, measured, settings, provenance_of(told.file), notes, beside)
+    return Job(study.name, measured, settings, provenance_of(stated.file), notes, beside)
 
 
 def _window_untold(settings: MeasurementSettings, data: FrfSet) -> bool:

@@ -23,7 +23,7 @@ from identify.results.provenance import provenance, sha256
 from identify.results.tables import Provenance
 
 NO_WINDOW = (
-    "no exponential window was told: if force and response were multiplied by one, all damping is too large"
+    "no exponential window was stated: if force and response were multiplied by one, all damping is too large"
     " by it; say its decay, `--window-decay`, or 0 where there was none"
 )
 

@@ -303,7 +303,7 @@ def _harmonics(m: AnalysedMeasurement) -> str:
     ]
     shown = [*parts[:8], f"{len(parts) - 8} more"] if len(parts) > 8 else parts
     return (
-        f"{count(len(parts), 'tone')} of steady amplitude or at a multiple of a speed that was told"
+        f"{count(len(parts), 'tone')} of steady amplitude or at a multiple of a stated speed"
         f" ({100 * np.sum(tones.share):.2g} % of all power): {listed(shown)}. They were brought down to what"
         " is beside them before the analysis, and no pole there as narrow as a tone counts as a mode."
     )

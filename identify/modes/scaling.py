@@ -147,7 +147,7 @@ def _still(found: OperationalModes, nodes: Mapping[int, float]) -> tuple[str, ..
 
 def scaled_sentence(scaling: ShapeScaling) -> str:
     """How many modal masses are known, from what, and why others are not."""
-    told = np.isfinite(scaling.modal_mass_kg)
+    has_mass = np.isfinite(scaling.modal_mass_kg)
     where = Path(scaling.source).name
     if scaling.method == "FRFs":
         by = f"the FRFs of {where}"
@@ -157,5 +157,5 @@ def scaled_sentence(scaling: ShapeScaling) -> str:
             for node, kg in zip(scaling.added_node, scaling.added_kg, strict=True)
         ]
         by = f"{where}, recorded with {listed(masses)}"
-    said = f"Modal masses of {int(told.sum())} of {count(len(told), 'mode')} come from {by}"
+    said = f"Modal masses of {int(has_mass.sum())} of {count(len(has_mass), 'mode')} come from {by}"
     return f"{said}; they belong to shapes whose largest component is 1."

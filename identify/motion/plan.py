@@ -1,4 +1,4 @@
-"""What the fit of a study of motion is told."""
+"""The plan of the fit of a study of motion."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ two parts: that of each response, and that of the force, which all responses of 
 exponential window exp(-d t) correlates both over lines: at a distance of k lines by c / (c + 2 pi i k), c =
 2 d T, T the length of the record.
 
-Where things are not quite as told (`uncertainty:` of the study), their errors are unknowns too
-(`identify.planning.told`).
+Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too
+(`identify.planning.stated_errors`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from identify.planning.candidates import Candidates
 from identify.planning.design import Chosen
 from identify.planning.information import FreeModel, TestNoise, s_of, slopes
 from identify.planning.known import Known
-from identify.planning.told import Told, nuisances_of, prior
+from identify.planning.stated_errors import StatedErrors, nuisances_of, prior
 
 _MOST_LINES = 400
 
@@ -58,11 +58,11 @@ class AfterTest:
     weak: Array
     anew: bool
     _systems: dict[int, list[System]] = field(default_factory=dict)
-    _told: dict[int, Told] = field(default_factory=dict)
+    _stated: dict[int, StatedErrors] = field(default_factory=dict)
 
     def precision(self, chosen: Chosen) -> Array:
-        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the errors of what was
-        told.
+        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the nuisance parameters
+        .
         """
         planned = [self._planned(int(number), chosen) for number in chosen[0]]
         nuisances = nuisances_of(self.known, planned)
@@ -73,8 +73,8 @@ class AfterTest:
             h, g = self._slopes(int(number), one, chosen)
             if nuisances.entries:
                 system = self._systems[int(number)][0]
-                told = self._told.setdefault(int(number), Told(self.known, system, one.posture))
-                g = np.concatenate([g, told.slopes(nuisances, one, h, self._s)], axis=-1)
+                fitted = self._stated.setdefault(int(number), StatedErrors(self.known, system, one.posture))
+                g = np.concatenate([g, fitted.slopes(nuisances, one, h, self._s)], axis=-1)
             g = self.known.noise.over(g, self._s)
             own, spread = scores(h, g, self.known.noise, 1 / self.known.band[2], self._count)
             product, variance = product + own, variance + spread

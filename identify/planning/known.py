@@ -32,7 +32,7 @@ _GROWTH_DEGREE = 3
 
 @dataclass(frozen=True)
 class FittedErrors:
-    """Errors of what was told (e), by place and change, in units of what was stated: covariance (p + e, p +
+    """Nuisance parameters (e), by place and change, in units of what was stated: covariance (p + e, p +
     e) of the free parameters on their search scale, then of these.
     """
 
@@ -47,7 +47,7 @@ class Known:
     the noise of an accelerance; band (3,): lowest, highest frequency and resolution, Hz.
 
     config: text of the study; config_folder: where its paths begin, None in the text of a fit.  settings:
-    what was said to be uncertain of what was told; told: what a fit found of it.
+    what was said to be uncertain of what was stated; fitted: what a fit found of it.
     """
 
     name: str
@@ -64,7 +64,7 @@ class Known:
     config: str
     config_folder: Path | None
     settings: UncertaintySettings | None = None
-    told: FittedErrors | None = None
+    fitted: FittedErrors | None = None
 
     @property
     def free_model(self) -> FreeModel:
@@ -80,7 +80,7 @@ def known_of(
     path: Path, noise: float | None, resolution: float | None, force_noise: float | None = None
 ) -> Known:
     """Of a study or a fit; noise, m/s^2/N, resolution, Hz, and the noise of the force, relative, where they
-    are told.
+    are known.
 
     InputError for a file that is neither, and where noise, band or resolution is not known.
     """
@@ -165,7 +165,7 @@ def _of_fit(path: Path, noise: float | None, resolution: float | None, force_noi
 
 
 def _errors(stated: StatedUncertainty, rows: list[int]) -> FittedErrors:
-    """What a fit found of what was told; rows: of its free parameters."""
+    """What a fit found of what was stated; rows: of its free parameters."""
     assert stated.root is not None  # `fitted_model` has refused a result without
     first = len(stated.root) - len(stated.shift)
     kept = stated.root[[*rows, *range(first, len(stated.root))]]
@@ -173,7 +173,7 @@ def _errors(stated: StatedUncertainty, rows: list[int]) -> FittedErrors:
 
 
 def _noise(frfs: list[FrfComparison], floor: float | None, relative: float | None) -> TestNoise:
-    """That of a fit's accelerances where it is not told; InputError where there are none."""
+    """That of a fit's accelerances where it is not stated; InputError where there are none."""
     decay = float(np.median([one.window_decay_per_s for one in frfs]))
     found = [one for one in frfs if one.quantity == "accelerance"]
     known = [(one.noise.ravel(), np.abs(one.fitted).ravel()) for one in found if one.noise is not None]
@@ -185,11 +185,11 @@ def _noise(frfs: list[FrfComparison], floor: float | None, relative: float | Non
     noise, size = (np.concatenate(column) for column in zip(*known, strict=True))
     columns = np.stack([np.ones_like(size), size**2], axis=1) / noise[:, None] ** 2  # relative errors alike
     own = np.sqrt(scipy.optimize.nnls(columns, np.ones(len(size)))[0])
-    told = [
+    levels = [
         float(value) if given is None else given for value, given in zip(own, (floor, relative), strict=True)
     ]
-    growth = () if floor is not None or relative is not None else noise_growth(found, told[0], told[1])
-    return TestNoise(told[0], told[1], decay, growth)
+    growth = () if floor is not None or relative is not None else noise_growth(found, levels[0], levels[1])
+    return TestNoise(levels[0], levels[1], decay, growth)
 
 
 def noise_growth(frfs: list[FrfComparison], floor: float, relative: float) -> tuple[float, ...]:

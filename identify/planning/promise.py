@@ -17,7 +17,7 @@ from identify.planning.targets import Target
 from identify.results.plan import PromisedTable, Worth
 
 Precision = Callable[[Chosen], Array]
-"""Of a test, (u + e, u + e): inverse covariance of the unknowns after it, then of errors of what was told."""
+"""Of a test, (u + e, u + e): inverse covariance of the unknowns after it, then of nuisance parameters."""
 
 
 @dataclass(frozen=True)

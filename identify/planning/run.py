@@ -35,7 +35,7 @@ from identify.results.provenance import provenance, sha256
 from identify.robot.visual import looks
 
 _RANDOM, _RANDOM_TOLD = 40, 10
-"""Tests at random that a plan is compared with; fewer where errors of what was told take their time."""
+"""Tests at random that a plan is compared with; fewer where nuisance parameters take their time."""
 
 
 @dataclass(frozen=True)

@@ -77,8 +77,8 @@ def notes(known: Known) -> tuple[str, ...]:
     ]
     if known.settings is not None:
         said.append(
-            "promised intervals count the stated errors of what was told; postures, impacts and sensors were"
-            " chosen as if all were as told"
+            "promised intervals count the stated nuisance parameters; postures, impacts and sensors were"
+            " chosen as if all were as stated"
         )
     if known.config_folder is None:
         said.append(

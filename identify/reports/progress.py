@@ -82,10 +82,10 @@ def batch_bar(quiet: bool) -> Iterator[Watch]:
             counts = index.counts()
             failed = f", {counts['failed']} failed" if counts["failed"] else ""
             ended = counts["done"] + counts["failed"]
-            told = f"{index.about['workers']}: {ended} of {len(index.jobs)} done{failed}"
+            sentence = f"{index.about['workers']}: {ended} of {len(index.jobs)} done{failed}"
             if ended < len(index.jobs):
-                where.tell(told, ended, len(index.jobs), "jobs")
+                where.tell(sentence, ended, len(index.jobs), "jobs")
             else:
-                where.tell(f"{told}; putting them together", stage="together")
+                where.tell(f"{sentence}; putting them together", stage="together")
 
         yield watch

@@ -73,7 +73,7 @@ class ModesByPosture:
 @dataclass(frozen=True)
 class DependenceTable:
     """Whether each parameter is the same at all postures (`identify.batch.homogeneity`); a row per parameter,
-    NaN where it cannot be told.
+    NaN where it cannot be determined.
 
     mean and its limits in the parameter's unit; scatter and slope per rad of ln value where log, else of the
     value; trend_joint from 1, 0: none; p_value of chi_square is adjusted for the number of parameters (Holm);
@@ -98,12 +98,13 @@ class DependenceTable:
 
 @dataclass(frozen=True)
 class PopulationTable:
-    """All fits together (`identify.batch.population`); a row per parameter (p), NaN where it cannot be told.
+    """All fits together (`identify.batch.population`); a row per parameter (p), NaN where it cannot be
+    determined.
 
     mean and its limits in the parameter's unit; scatter between fits and its limits as the standard deviation
     of ln value where log, else of the value, NaN of those that are shared; p_value of no difference, adjusted
     for the number of parameters (Holm); differs: it is less than 1 %.  value, low_95, high_95 (n, p): of each
-    fit with what all others say.  common: how many errors of what was told all fits have in common.
+    fit with what all others say.  common: how many nuisance parameters all fits have in common.
     """
 
     parameter: Texts

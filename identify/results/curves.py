@@ -19,8 +19,9 @@ class CurveTable:
     says, NaN where there is none; sets (p): measurements, with agreement (p,), RMS difference from the pooled
     curve over its standard deviation, and whether they were fitted; laws (n): simple laws, likeliest first,
     with the gap that each leaves and log odds (of the first over the second, of the others over the first);
-    peak_n: strength of the impacts, NaN where all are alike; axis: how its direction was found to differ;
-    errors_held: whether errors of what was told were held as they were fitted.
+    peak_n: strength of the impacts, NaN where all are alike; site: the place whatever the strength, none in
+    older files; axis: how its direction was found to differ;
+    errors_held: whether nuisance parameters were held as they were fitted.
     """
 
     place: str
@@ -42,6 +43,7 @@ class CurveTable:
     peak_n: float = float("nan")
     axis: str = ""
     errors_held: bool = False
+    site: str = ""
 
 
 @dataclass(frozen=True)

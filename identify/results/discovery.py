@@ -58,13 +58,14 @@ class OptionTable:
 @dataclass(frozen=True)
 class PartTable:
     """The gap by part of the fitted data (n): kind (`band`, `point`, ...), name, gap, share of all that is
-    above noise.
+    above noise; frequency of a band's lower end or a mode, NaN of others, none in older files.
     """
 
     kind: Texts
     name: Texts
     gap: Array
     share: Array
+    frequency_hz: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)

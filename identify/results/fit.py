@@ -122,7 +122,7 @@ class ProfileCurve:
 
 @dataclass(frozen=True)
 class StatedUncertainty:
-    """What was told, and how far the data say that it is off: a row for each of e errors.
+    """What was stated, and how far the data say that it is off: a row for each of e errors.
 
     kind: what it is an error of, such as `masses`; place, change: where, and which of its numbers; stated
     (e,):

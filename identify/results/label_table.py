@@ -78,7 +78,7 @@ ARRAYS: dict[str, dict[str, str]] = {
     # identify.results.discovery
     "MarkTable": {"mark": "sentence", "mark axis": "at_m along"},
     "OptionTable": {"sentence": "sentence kind gap gap_validation parameters log_odds verdict"},
-    "PartTable": {"part": "kind name gap share"},
+    "PartTable": {"part": "kind name gap share frequency_hz"},
     "GapByBand": {
         "measurements": "measurements",
         "edge": "bands_hz",

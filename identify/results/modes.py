@@ -99,8 +99,8 @@ class Reciprocity:
 
 @dataclass(frozen=True)
 class Tones:
-    """Tones in records of responses (t,): multiple: of the speed told, at speed_hz, 0 where none was told;
-    kurtosis of the complex amplitude, 1 for a tone, 2 for noise; share of the power of all channels.
+    """Tones in records of responses (t,): multiple: of the stated speed, at speed_hz, 0 where none was
+    stated; kurtosis of the complex amplitude, 1 for a tone, 2 for noise; share of the power of all channels.
     """
 
     frequency_hz: Array
@@ -133,7 +133,7 @@ class ShapeScaling:
 @dataclass(frozen=True)
 class OutputOnly:
     """What is particular to modes from responses alone: seconds of records in all, blocks that were left out
-    one by one, shape_std (m, channels), tones that were taken out; teeth of the cutter, 0 where not told;
+    one by one, shape_std (m, channels), tones that were taken out; teeth of the cutter, 0 where not stated;
     scaling: None where nothing was given to scale shapes by.
     """
 

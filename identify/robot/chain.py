@@ -227,7 +227,7 @@ def _free(joint: UrdfJoint, choice: Choice) -> bool:
 
 
 def _value(joint: UrdfJoint, joints: Mapping[str, UrdfJoint], choice: Choice, depth: int = 0) -> float:
-    """Where a joint is held: as told, as what it mimics, or at zero or the limit next to it."""
+    """Where a joint is held: as stated, as what it mimics, or at zero or the limit next to it."""
     if joint.name in choice.lock:
         return float(choice.lock[joint.name])
     mimic = joint.mimic

@@ -58,8 +58,8 @@ class _Scene:
     def placed(self) -> Iterator[Mesh]:
         """The meshes of all nodes of the scene, or of all geometries where there is no scene."""
         scenes = [e for e in self.root.iter() if _tag(e) == "visual_scene"]
-        told = next((e.get("url", "") for e in self.root.iter() if _tag(e) == "instance_visual_scene"), "")
-        scene = self.named.get(told.lstrip("#")) if told else None
+        link = next((e.get("url", "") for e in self.root.iter() if _tag(e) == "instance_visual_scene"), "")
+        scene = self.named.get(link.lstrip("#")) if link else None
         for one in [scene] if scene is not None else scenes[:1]:
             for node in _children(one, "node"):
                 yield from self._node(node, np.eye(4), 0)

@@ -222,16 +222,16 @@ class _Inertias:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        told = [
+        numbers = [
             (one.name, one.parent, one.mass, *one.centre, *one.inertia.ravel()) for one in mechanism.bodies
         ]
-        self._told = (*mechanism.gravity, *told)
+        self._all = (*mechanism.gravity, *numbers)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Inertias) and self._told == other._told
+        return isinstance(other, _Inertias) and self._all == other._all
 
     def __hash__(self) -> int:
-        return hash(self._told)
+        return hash(self._all)
 
 
 @lru_cache(maxsize=_KEPT)

@@ -30,14 +30,14 @@ def expanded(path: Path, arguments: dict[str, str]) -> Group:
 
     substitution_args._eval_find = find  # that of xacro needs an installed ROS
     os.chdir(path.parent)
-    told = _Asked(arguments)
+    used = _Asked(arguments)
     try:
-        document = xacro.process_file(str(path), mappings=told)
+        document = xacro.process_file(str(path), mappings=used)
     except Refused:
         raise
     except Exception as error:  # whatever the expressions and includes of a stranger's file raise
         raise Refused("", _said(error)) from error
-    if lost := arguments.keys() - told.asked:
+    if lost := arguments.keys() - used.asked:
         raise Refused("", f"it does not take the argument {min(lost)!r}")
     return Group({"urdf": document.documentElement.toprettyxml(indent="  ")})
 

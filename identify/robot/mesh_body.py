@@ -122,7 +122,7 @@ def shapes(robot: Robot) -> dict[str, Shape]:
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is told of a robot whose bodies are made: mass_kg, of all of it, by its data sheet; base_kg, of
+    """What is stated of a robot whose bodies are made: mass_kg, of all of it, by its data sheet; base_kg, of
     what does not move; motors, kg by the joint that each turns; everything: also where the file has bodies.
     """
 
@@ -143,17 +143,17 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
     """
     names = unknown(robot, wanted.everything)
     found = _found(robot, names)
-    told = {link.name: link.mass for link in robot.links if link.mass > 0 and not wanted.everything}
-    weightless = [name for name in names if name not in told]
+    given = {link.name: link.mass for link in robot.links if link.mass > 0 and not wanted.everything}
+    weightless = [name for name in names if name not in given]
     base = robot.links[0].name
-    if weightless and wanted.base_kg is None and base in found and base not in told:
+    if weightless and wanted.base_kg is None and base in found and base not in given:
         weightless, names = [base, *weightless], [base, *names]
     motors = _motors(robot, wanted.motors, weightless)
-    rest = _rest(robot, wanted, told, found, sum(wanted.motors.values())) if weightless else 0.0
+    rest = _rest(robot, wanted, given, found, sum(wanted.motors.values())) if weightless else 0.0
     bodies = []
     for name in names:
-        if name in told:
-            body = _centred(_halves(found[name], told[name], told[name]), robot.link(name).centre)
+        if name in given:
+            body = _centred(_halves(found[name], given[name], given[name]), robot.link(name).centre)
         else:
             shares = _shares(found[name], [found[n] for n in weightless])
             body = _halves(found[name], *(rest * part for part in shares))
@@ -163,7 +163,7 @@ def made_bodies(robot: Robot, wanted: Wanted) -> list[Link]:
 
 
 def _centred(body: Link, centre: Array) -> Link:
-    """With the centre that was told, where it was."""
+    """With the stated centre, where it was."""
     return replace(body, centre=centre) if np.any(centre) else body
 
 
@@ -191,7 +191,7 @@ def _shares(shape: Shape, of: Sequence[Shape]) -> tuple[float, float]:
 
 
 def _rest(
-    robot: Robot, wanted: Wanted, told: Mapping[str, float], found: Mapping[str, Shape], motors_kg: float
+    robot: Robot, wanted: Wanted, given: Mapping[str, float], found: Mapping[str, Shape], motors_kg: float
 ) -> float:
     """The mass that is left for links of unknown mass, and the base where it shares in it."""
     base = robot.links[0].name
@@ -199,12 +199,12 @@ def _rest(
         missing = f"no mass of {listed(unknown(robot, wanted.everything))}"
         fix = "give that of its data sheet: --mass-kg"
         raise InputError(robot.name, missing, "the mass of the robot", fix)
-    if wanted.base_kg is None and base not in (*told, *found):
+    if wanted.base_kg is None and base not in (*given, *found):
         missing = f"no mesh of the base {base!r}, so that its part of {wanted.mass_kg:g} kg is not known"
         fix = "give the mass of what stands still: --base-kg"
         raise InputError(robot.name, missing, "a mesh, or its mass", fix)
-    moving = sum(mass for name, mass in told.items() if name != base)
-    of_base = wanted.base_kg if wanted.base_kg is not None else told.get(base, 0.0)
+    moving = sum(mass for name, mass in given.items() if name != base)
+    of_base = wanted.base_kg if wanted.base_kg is not None else given.get(base, 0.0)
     rest = wanted.mass_kg - moving - of_base - motors_kg
     if rest <= 0:
         more = f"{wanted.mass_kg:g} kg, which the parts of known mass exceed by {-rest:.4g} kg"
@@ -212,10 +212,10 @@ def _rest(
     return rest
 
 
-def _motors(robot: Robot, told: Mapping[str, float], weightless: Sequence[str]) -> dict[str, Link]:
+def _motors(robot: Robot, given: Mapping[str, float], weightless: Sequence[str]) -> dict[str, Link]:
     """Point masses at the joints that motors turn, by the link that carries them."""
     found: dict[str, Link] = {}
-    for name, mass in told.items():
+    for name, mass in given.items():
         joint = robot.joints[robot.joint_number(int(name) if name.isdigit() else name, "--motor") - 1]
         if joint.parent not in weightless:
             known = f"link {joint.parent!r}, which carries the motor of joint {name}, has a mass by the file"

@@ -52,7 +52,7 @@ def _read(path: Path, stamp: tuple[int, int]) -> Mesh:
 
 
 def _stl(path: Path) -> Mesh:
-    """A binary file is told by its length: its header may begin with `solid` as well."""
+    """A binary file is recognised by its length: its header may begin with `solid` as well."""
     content = read_bytes(path, _READ, _LARGEST)
     count = int.from_bytes(content[80:_HEAD], "little")
     if len(content) == _HEAD + _FACET * count:

@@ -43,7 +43,7 @@ def masses(robot: Robot, data_sheet_kg: float | None = None) -> Masses:
     links = _without_payloads(robot)
     base, moving = links[0].mass, sum(link.mass for link in links[1:])
     said = f"the moving links have {moving:.4g} kg together ({_each(links)})"
-    said += f", the base {base:.4g} kg" if base else "; the mass of the base is not told"
+    said += f", the base {base:.4g} kg" if base else "; the mass of the base is not stated"
     known = [link for link in links[1:] if link.mass > 0 and np.any(link.inertia)]
     found = dict[str, Shape]()
     if len(known) == len(links) - 1:

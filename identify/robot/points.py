@@ -89,14 +89,14 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
     turned = any(name in header for name in ANGLES)
     wide = turned or any(np.abs(point.axes - np.eye(3)).max() > 0 for point in points.values())
     columns = [*header, *(ANGLES if wide and not turned else ())]
-    told = read_points(path)
+    nominal = read_points(path)
     written = []
     for _, text, cells in lines:
         if cells is header:
             written.append(joined(columns) if columns != header else text)
         elif cells:
             old = dict(zip(header, cells, strict=True))
-            new = _cells(told[int(old["node"])], points.get(int(old["node"])), wide=wide)
+            new = _cells(nominal[int(old["node"])], points.get(int(old["node"])), wide=wide)
             row = {**dict.fromkeys(columns, "0"), **old, **new}
             written.append(joined([row[name] for name in columns]))
         else:
@@ -116,15 +116,15 @@ def new_points_text(points: Mapping[int, Point]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _cells(told: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
-    """The cells that say where a point is and how its sensor is turned; none where it is as told."""
+def _cells(nominal: Point, point: Point | None, *, wide: bool) -> dict[str, str]:
+    """The cells that say where a point is and how its sensor is turned; none where it is as stated."""
     if point is None:
         return {}
     found = {"link": point.link}
-    if np.all(point.position == told.position) and np.all(point.axes == told.axes):
+    if np.all(point.position == nominal.position) and np.all(point.axes == nominal.axes):
         return found
     found |= {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
-    if wide and np.any(point.axes != told.axes):
+    if wide and np.any(point.axes != nominal.axes):
         turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
         found |= {
             name: f"{x:.9g}" for name, x in zip(ANGLES, turn.as_euler("xyz", degrees=True), strict=True)

@@ -109,19 +109,6 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
     return Mechanism(tuple(bodies), frames, robot.gravity)
 
 
-def attach(mechanism: Mechanism, name: str, frame: str, pose: Array, link: Link) -> Mechanism:
-    """The mechanism with one more body held elastically to `frame` at `pose` (4, 4) there; link gives its
-    mass properties in that pose.
-    """
-    parent, frame_pose = mechanism.frame(frame, name)
-    body = _body(name, parent, frame_pose @ pose, link, np.eye(4))
-    return Mechanism(
-        (*mechanism.bodies, body),
-        {**mechanism.frames, name: (len(mechanism.bodies), np.eye(4))},
-        mechanism.gravity,
-    )
-
-
 def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) -> Body:
     turn, shift = link_in_body[:3, :3], link_in_body[:3, 3]
     return Body(name, parent, pose, link.mass, turn @ link.centre + shift, turn @ link.inertia @ turn.T)

@@ -87,8 +87,8 @@ def _shift_joints(markup: Markup, robot: Robot, shifts: Mapping[str, Array]) -> 
         if origin is None:
             markup.insert(element, f'<origin xyz="{_words(own)}"/>')
         else:
-            told = np.array(origin.get("xyz", "0 0 0").split(), dtype=float)
-            _put_attribute(markup, origin, "xyz", _words(told + own))
+            before = np.array(origin.get("xyz", "0 0 0").split(), dtype=float)
+            _put_attribute(markup, origin, "xyz", _words(before + own))
 
 
 def _relocate_meshes(markup: Markup, old: Path, new: Path) -> None:

@@ -41,7 +41,7 @@ class Brake:
     both: Score
 
     def likely(self, stated: Stated) -> Brake:
-        """The same with the share that is left where errors of what was told are fitted along."""
+        """The same with the share that is left where nuisance parameters are fitted along."""
         others, alone, both = (
             within(one, stated.uncertainty).worst for one in (self.others, self.alone, self.both)
         )

@@ -52,7 +52,7 @@ _REASONS: dict[float, tuple[str, ...]] = {
 }
 """By the factor that the measured FRFs have beyond what they should."""
 NEAR = 0.12
-"""A fitted factor is off by as much in its logarithm where masses are not quite as told: of known ones that
+"""A fitted factor is off by as much in its logarithm where masses are not quite as stated: of known ones that
 are as near, the gap tells.
 """
 

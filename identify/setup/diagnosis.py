@@ -245,7 +245,7 @@ def _factor_mistake(factor: Factor) -> Mistake:
 
 
 def _sure(log_odds: float) -> float:
-    """The probability of mistakes, with those as likely in place of the last one: neither is told from the
-    other here.
+    """The probability of mistakes, with those as likely in place of the last one: neither is distinguished
+    from the other here.
     """
     return float(1 / (1 + np.exp(-log_odds)))

@@ -25,7 +25,7 @@ run_fit = partial(fitted, advise=advise)
 
 def check_set_up(problem: Problem) -> None:
     """Raise an InputError where a mistake of the set-up explains the gap: what would be found missing would
-    only make up for it, and take minutes.
+    only compensate for it, and take minutes.
     """
     found = look(problem).diagnosis
     if found is not None:

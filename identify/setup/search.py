@@ -125,8 +125,8 @@ def _again(plain: Candidate, best: Candidate) -> Candidate:
 
 
 def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
-    """What was tried, best first, if that helps: by logarithms, or, because errors of what was stated leave
-    these apart too, by the likelihood with such errors fitted along, where that explains one of the best or
+    """What was tried, best first, if that helps: by logarithms, or, because nuisance parameters leave
+    these apart too, by the likelihood with these fitted along, where that explains one of the best or
     halves what is left.  Bodies that can be help in any case.
     """
     helps = bool(tried) and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot))

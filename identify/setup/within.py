@@ -1,5 +1,5 @@
-"""How well a variant explains its data within what was stated to be uncertain: the likelihood, with errors of
-what was told fitted along where the study states them.
+"""How well a variant explains its data within what was stated to be uncertain: the likelihood, with nuisance
+parameters fitted along where the study states them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _LARGER = 1.5
 
 @dataclass(frozen=True)
 class Within:
-    """The gap, and how many times as large as stated the errors of what was told are together."""
+    """The gap, and how many times as large as stated the nuisance parameters are together."""
 
     gap: float
     errors: float

@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.vibration.costs.target import FrfTarget
 
 _LEFT = 0.25
-"""A fault is told where at most this share of the channels' squared residual is left with it."""
+"""A fault is reported where at most this share of the channels' squared residual is left with it."""
 _ALIKE = 0.5
 """And of their squared FRFs: what does not resemble the model either way has another fault."""
 
@@ -57,18 +57,18 @@ def channel_faults(target: FrfTarget, values: Array) -> Iterator[Fault]:
     plain, crossed = _residuals(target, target.predict(values))
     own, reversed_ = np.diag(plain), np.diag(crossed)
     size = (own + reversed_) / 2  # |H_i|^2 + |h_i|^2
-    outputs, told = target.data.outputs, set()
+    outputs, named = target.data.outputs, set()
     reversed_alone = (own > 0) & (reversed_ <= _LEFT * own) & (reversed_ <= _ALIKE * size)
     for i in np.flatnonzero(reversed_alone).tolist():
-        told.add(i)
+        named.add(i)
         yield Fault((outputs[i],), float(reversed_[i] / own[i]))
     best, moving = np.minimum(plain, crossed), own > 0
     better = moving[:, None] & moving & (best <= _LEFT * own[:, None])
     for i, k in np.argwhere(np.triu(better & better.T, 1)).tolist():
         related = outputs[i].node == outputs[k].node or abs(outputs[i].direction) == abs(outputs[k].direction)
         alike = best[i, k] + best[k, i] <= _ALIKE * (size[i] + size[k])
-        if related and alike and not told & {i, k}:
-            told |= {i, k}
+        if related and alike and not named & {i, k}:
+            named |= {i, k}
             yield Fault((outputs[i], outputs[k]), float((best[i, k] + best[k, i]) / (own[i] + own[k])))
 
 

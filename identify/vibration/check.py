@@ -99,8 +99,8 @@ def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet
         ]
         for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
             findings[name].append(finding)
-    told = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
-    return Checked(told, tuple(map(file.at_its_line, refused))), problem, known
+    ordered = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
+    return Checked(ordered, tuple(map(file.at_its_line, refused))), problem, known
 
 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:

@@ -1,4 +1,4 @@
-"""What a fit found of errors of what was told, as corrections: of links, places of joints, points and their
+"""What a fit found of nuisance parameters, as corrections: of links, places of joints, points and their
 sensors, and joint angles; and what it left uncertain of them.
 """
 
@@ -46,11 +46,11 @@ Left = dict[str, dict[str | int, dict[str, float]]]
 
 @dataclass(frozen=True)
 class Corrections:
-    """The robot and points of a study as told, and what a fit found of them."""
+    """The robot and points of a study as stated, and what a fit found of them."""
 
     file: StudyFile
     stated: StatedUncertainty
-    told: Robot
+    nominal: Robot
     robot: Robot
     points: Mapping[int, Point]
 
@@ -59,9 +59,9 @@ class Corrections:
         """Of the result of a fit with stated uncertainty."""
         stated, study = result.uncertainty, file.study
         assert stated is not None
-        told = read_robot(study.robot, file.path.parent)
-        points = study_points(study, file.resolve(study.points), told) if study.points else {}
-        return cls(file, stated, told, corrected(told, stated, result.name)[0], points)
+        nominal = read_robot(study.robot, file.path.parent)
+        points = study_points(study, file.resolve(study.points), nominal) if study.points else {}
+        return cls(file, stated, nominal, corrected(nominal, stated, result.name)[0], points)
 
     def rows(self) -> Iterator[tuple[str, ...]]:
         """The cells of each error, by `COLUMNS`: of masses, moments and sensitivities relative ones, with the
@@ -88,20 +88,21 @@ class Corrections:
         own = read_robot(settings, self.file.path.parent)
         rows = zip(self.stated.place, self.stated.change, self.stated.shift, strict=True)
         moved = {place for place, change, shift in rows if change in CHANGES and abs(shift) > _ZERO}
-        names = [link.name for link in own.links if link.name in moved]
-        found = collect([partial(_body, self.robot.link(n), self.told.link(n), own.link(n)) for n in names])
+        names = [one.name for one in own.links if one.name in moved]
+        robots = self.robot, self.nominal, own
+        found = collect([partial(_body, *(robot.link(name) for robot in robots)) for name in names])
         return dict(zip(names, found, strict=True))
 
     def robot_text(self, folder: Path) -> str:
         """The robot's file with what was found, for a folder."""
         shifts = {
             new.name: new.origin[:3, 3] - old.origin[:3, 3]
-            for new, old in zip(self.robot.joints, self.told.joints, strict=True)
+            for new, old in zip(self.robot.joints, self.nominal.joints, strict=True)
             if np.any(new.origin != old.origin)
         }
         bodies = [body for body, _ in self.bodies.values()]
         settings, here = self.file.study.robot, self.file.path.parent
-        return with_bodies(settings, here, self.told, bodies, shifts, folder)
+        return with_bodies(settings, here, self.nominal, bodies, shifts, folder)
 
     def points_text(self) -> str:
         """The file of points with those that were found elsewhere or turned; empty without one."""
@@ -153,12 +154,12 @@ class Corrections:
         return np.array([self._errors.get((place, f"{changes}{axis}"), 0.0) for axis in "xyz"])
 
 
-def _body(found: Link, told: Link, own: Link) -> tuple[Link, bool]:
-    """What was found of a link without its payload; own: the same link as told, without it.
+def _body(found: Link, nominal: Link, own: Link) -> tuple[Link, bool]:
+    """What was found of a link without its payload; own: the same link as stated, without it.
 
     Where the largest moment exceeds the sum of the others, the nearest body that can be, and True.
     """
-    matrix = pseudo_inertia(found) - pseudo_inertia(told) + pseudo_inertia(own)
+    matrix = pseudo_inertia(found) - pseudo_inertia(nominal) + pseudo_inertia(own)
     body = body_of(matrix, own.name)
     if body.mass <= 0 or np.linalg.eigvalsh(body.inertia)[0] <= 0:
         raise InputError(

@@ -1,4 +1,4 @@
-"""In which direction a coupled pair of springs gives way most, with its 95 % interval."""
+"""The direction in which a coupled pair of springs is most compliant, with its 95 % interval."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import covariance_root
 
 _OPEN = 30.0
-"""Half an interval, degrees, from which on a direction is not told."""
+"""Half an interval, degrees, from which on a direction is not reported."""
 
 
 def soft_directions(problem: Problem, trusted: Uncertainty, values: Array) -> list[str]:
@@ -42,9 +42,9 @@ def _sentence(name: str, unit: str, matrix: Array, root: Array) -> str:
     half = SIGMAS_95 * float(np.linalg.norm(slope @ root))
     body, axes, _ = name.split(".")
     turns = axes.startswith("r")
-    what = f"{body} {'turns most easily about' if turns else 'gives way most along'}"
+    what = f"{body} {'turns most easily about' if turns else 'is most compliant along'}"
     values = f"{soft:.4g} {unit} there, {stiff:.4g} {unit} across it"
     if not half < _OPEN:
         return f"{what} a direction across its z axis that the data do not determine: {values}."
-    told = (angle + 90.0) % 180.0 - 90.0
-    return f"{what} a direction {told:.1f}° ± {half:.2g}° from its x axis towards y: {values}."
+    angle_deg = (angle + 90.0) % 180.0 - 90.0
+    return f"{what} a direction {angle_deg:.1f}° ± {half:.2g}° from its x axis towards y: {values}."

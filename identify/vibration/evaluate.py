@@ -164,7 +164,9 @@ def _open(groups: Sequence[str]) -> str:
 
 
 def _unstated_note(problem: Problem, trusted: Uncertainty) -> list[str]:
-    """A word on what was told, where the residual is far above noise and nothing was said to be uncertain."""
+    """A word on what was stated, where the residual is far above noise and nothing was said to be
+    uncertain.
+    """
     if problem.nuisances.entries or UNRELIABLE not in map(code_of, trusted.notes):
         return []
     return [

@@ -1,4 +1,4 @@
-"""A robot that is not quite as told, at postures that were not measured: what a fit found of its links and
+"""A robot that is not quite as stated, at postures that were not measured: what a fit found of its links and
 lengths, what that leaves uncertain, and joint angles that are uncertain anew at every posture.
 
 The inertia of links and the places of joints are the robot's own and go along; the errors of joint angles
@@ -28,10 +28,10 @@ _ORIGIN = tuple(f"origin_{axis}" for axis in "xyz")
 
 @dataclass(frozen=True)
 class Off:
-    """Errors of what was told of a robot.
+    """Nuisance parameters of a robot.
 
     of_parameters (f, u): rows of a root of the joint covariance that belong to the free parameters on their
-    search scale; links: as told; inertia (links, 10): the fitted changes, in the order of `CHANGES`;
+    search scale; links: as stated; inertia (links, 10): the fitted changes, in the order of `CHANGES`;
     spread_inertia (links, 10, u), spread_origin (joints, 3, u): rows of that root in SI units; angle_std,
     rad.
     """
@@ -51,10 +51,10 @@ class Off:
 
 def corrected(robot: Robot, stated: StatedUncertainty, where: str) -> tuple[Robot, Off]:
     """The robot as a fit found it, and what is left uncertain of it; InputError for a result without the
-    covariance of what was told.
+    covariance of what was stated.
     """
     if stated.root is None:
-        found = "without the covariance of what was told"
+        found = "without the covariance of what was stated"
         raise InputError(where, found, "a result of this version", "run the fit again")
     first = len(stated.root) - len(stated.shift)
     links = tuple(link for link in robot.links if link.mass > 0)
@@ -90,7 +90,7 @@ def _corrected(robot: Robot, off: Off, origin: Array) -> Robot:
 def with_errors(
     off: Off, robot: Robot, system: System, posture: Array, spread: Array
 ) -> tuple[Factors, Array]:
-    """Factors of a system at a posture (joints,), rad, with columns for what was told; and a root (o, v) of
+    """Factors of a system at a posture (joints,), rad, with columns for what was stated; and a root (o, v) of
     the covariance of their owners, from that of the parameters, `spread` (p, u).
     """
     angles, lengths = off.angle_std > 0, bool(np.any(off.spread_origin))

@@ -38,7 +38,7 @@ class FittedModel:
     posture (joints,), rad, of the first measurement, and the band of the fit, Hz, where it had one.
 
     log (p,): which of them are fitted on a logarithmic scale; lower, upper (p,): their bounds.  robot: as the
-    fit found it, where errors of what was told were fitted along; off: those errors.  driven: joints whose
+    fit found it, where nuisance parameters were fitted along; off: those errors.  driven: joints whose
     motors' torques were inputs, by name of the measurement; detached: measurements without the last links.
     """
 
@@ -63,7 +63,7 @@ class FittedModel:
 
     def sensitivity(self, system: System, posture: Array) -> tuple[Factors, Array]:
         """What changes Z at a posture (joints,), rad, and a root (u, v) of the covariance of its u owners:
-        the parameters, then what was told of the robot, where that was said to be uncertain.
+        the parameters, then what was stated of the robot, where that was said to be uncertain.
         """
         if self.off is None:
             return system.factors, self.spread
@@ -78,8 +78,9 @@ class FittedModel:
     def drawn_matrices(
         self, system: System, posture: Array, count: int, rng: np.random.Generator, errors: Array
     ) -> tuple[Array, Array, Array]:
-        """M, C, K (count, n, n) of a system at a posture (joints,), rad: with parameters and errors of what
-        was told drawn from their covariance, and relative errors of stiffnesses, of RMS errors (p,), as
+        """M, C, K (count, n, n) of a system at a posture (joints,), rad: with parameters and nuisance
+        parameters
+         drawn from their covariance, and relative errors of stiffnesses, of RMS errors (p,), as
         `identify.vibration.misfit` has them: their real part, which is all that acts at rest.
         """
         factors, root = self.sensitivity(system, posture)

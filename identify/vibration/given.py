@@ -37,7 +37,7 @@ from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, 
 @dataclass(frozen=True)
 class Given:
     """One measurement before a model meets it: its data in the band, with their noise where it is known, and
-    length of record; basis: what errors of what was told change, where they are stated.
+    length of record; basis: what nuisance parameters change, where they are stated.
     """
 
     name: str
@@ -90,8 +90,8 @@ def read_given(
     chosen = collect([partial(_chosen, file, m, name, known) for m, name in tasks])
     if errors := list(doubles(list(zip(names, chosen, strict=True)))):
         raise InputErrors(errors)
-    told = zip(settings, names, postures, chosen, strict=True)
-    given = collect([partial(given_of, *one) for one in told])
+    each = zip(settings, names, postures, chosen, strict=True)
+    given = collect([partial(given_of, *one) for one in each])
     return collect([partial(as_modelled, one, file.study.effects, robot, points) for one in given])
 
 
@@ -104,8 +104,8 @@ def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: M
     if given.settings.motor_torque == "added" and not motors_of(given.inputs):
         where = f"{given.name} motor_torque"
         raise InputError(where, "no motor among the forces", "joint2:motor", "leave the key out")
-    told = given.settings.motor_side, effects, robot, given.name
-    return _along_links(replace(given, data=at_gear_outputs(given.data, *told)), robot, points)
+    each = given.settings.motor_side, effects, robot, given.name
+    return _along_links(replace(given, data=at_gear_outputs(given.data, *each)), robot, points)
 
 
 def _along_links(given: Given, robot: Robot, points: Mapping[int, Point]) -> Given:

@@ -1,9 +1,9 @@
 """The intervals of a fit of vibration, whichever cost it has.
 
-The likelihood fits errors of what was told along, so that its intervals are marginal over them.  No other
+The likelihood fits nuisance parameters along, so that its intervals are marginal over them.  No other
 cost says how an error in kg is to be weighed against its residuals, in Hz or m/N: it is fitted as published,
-with what was told taken as exact, and its optimum is a function of the errors p that were not fitted.  By the
-implicit function theorem
+with what was stated taken as exact, and its optimum is a function of the errors p that were not fitted.  By
+the implicit function theorem
 
     dx/dp = -(J'J)^-1 J' dr/dp
 
@@ -34,11 +34,11 @@ def intervals(problem: Problem, values: Array) -> Uncertainty:
 
 
 def _propagated(targets: Targets, objective: Objective, problem: Problem, values: Array) -> Uncertainty:
-    own, told = Scale(problem.of_effects), values[: problem.size]
+    own, values_of_effects = Scale(problem.of_effects), values[: problem.size]
     exact = Targets(targets.frf, targets.modal)
-    found, wider, notes = by_residuals(exact, own, told)
+    found, wider, notes = by_residuals(exact, own, values_of_effects)
     moved = _moved(objective, Scale(problem.parameters), values, len(own.free), own, found.product)
-    given = found.count, own, told, notes, wider
+    given = found.count, own, values_of_effects, notes, wider
     return propagated_uncertainty(found.product, found.variance, moved, *given)
 
 
@@ -48,11 +48,11 @@ def _moved(
     """(f, e): how far each error moves the optimum, on the search scale.
 
     What the cost does not determine stays where the bounds put it.  They are weighed against the cost's
-    residuals, which have no unit of noise, as if these told as much in all as the data do.
+    residuals, which have no unit of noise, as if these said as much in all as the data do.
     """
     slope = every.slope(every.to_x(values))
     product = objective.product(values, every.free)[:-1, :-1] * np.outer(slope, slope)
-    told = product[:count, :count]
-    unit = np.trace(information) / max(np.trace(told), np.finfo(float).tiny)
-    determined = unit * told + np.diag(own.prior_information())
+    data = product[:count, :count]
+    unit = np.trace(information) / max(np.trace(data), np.finfo(float).tiny)
+    determined = unit * data + np.diag(own.prior_information())
     return np.asarray(-np.linalg.solve(determined, unit * product[:count, count:]))

@@ -1,4 +1,4 @@
-"""What the fit of a study of vibration is told."""
+"""The plan of the fit of a study of vibration."""
 
 from __future__ import annotations
 
@@ -14,16 +14,19 @@ from identify.fitting.optimizers.base import Optimizer
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.plan import FitPlan, Stage, make_stages
 from identify.vibration.costs.eliminated import EliminatedObjective
-from identify.vibration.costs.frf_least_squares import PosteriorObjective
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.problem import Problem
-from identify.vibration.softened import SOFT_STAGE, softened
 from identify.vibration.study import VibrationStage
 
 _TOLERANCE = 1e-6
-"""Relative change of the sum of squares below which a fit with errors of what was told has converged."""
-_LEADING = GaussNewton(evaluations=15, tolerance=1e-2)
-"""By which the stages that lead a fit with errors to its likelihood are minimised, roughly; where impacts are
-simulated, whose valleys are less smooth, by a ladder of damped steps.
+"""Relative change of the sum of squares below which a fit with nuisance parameters has converged."""
+_TEMPERATURES = (1e4, 900.0, 100.0, 9.0)
+"""With noise far below the errors the valley of the likelihood is narrow and bent.  Squares divided by these,
+in turn, leave the errors near what was stated at first, and the minimum moves on (continuation).
+"""
+_LEADING = GaussNewton(evaluations=15, tolerance=1e-3)
+"""How each of them is minimised: roughly, but not so roughly that a stage ends where tempered data hardly
+matter and impacts that make a joint slip are not yet found.
 """
 _ROUNDS = 2
 """How often errors are linearised anew under an optimizer that searches the parameters alone."""
@@ -38,7 +41,7 @@ def fit_plan(problem: Problem) -> FitPlan:
     where a stage names what there is not, or a cost has not the data it compares.
     """
     study, likelihood = problem.file.study, problem.file.study.cost.likelihood
-    # Against another cost than the likelihood errors of what was told cannot be weighed: it is fitted as
+    # Against another cost than the likelihood nuisance parameters cannot be weighed: it is fitted as
     # published, with them held at nothing, and the intervals carry them (`identify.vibration.intervals`).
     parameters = tuple(
         p.at(p.initial, free=p.free and (likelihood or not p.nuisance)) for p in problem.parameters
@@ -69,7 +72,7 @@ def fit_plan(problem: Problem) -> FitPlan:
 
 
 def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objective) -> tuple[Stage, ...]:
-    """The stages where errors of what was told are fitted along: by Gauss-Newton on the study's cost.  Others
+    """The stages where nuisance parameters are fitted along: by Gauss-Newton on the study's cost.  Others
     on that cost search the parameters with errors eliminated, all other stages hold them as they are.
 
     A stage of Gauss-Newton ends the fit, whatever the study says; others lead to the first one.
@@ -84,18 +87,20 @@ def _with_errors(stages: tuple[Stage, ...], problem: Problem, objective: Objecti
     held = list[Stage]()
     for stage in stages:
         if moves_errors(stage):
-            held.append(replace(stage, optimizer=_told(stage.optimizer)))
+            held.append(replace(stage, optimizer=_tolerant(stage.optimizer)))
         elif stage.objective is objective and isinstance(objective, PosteriorObjective):
             held += _eliminating(stage, objective, errors, problem.initial)
         else:
             held.append(replace(stage, moves=stage.moves & ~errors))
     if not moves_errors(stages[-1]):
         moves = np.any([stage.moves for stage in stages], axis=0) | errors
-        held.append(Stage(_told(GaussNewton()), objective, moves))
+        held.append(Stage(_tolerant(GaussNewton()), objective, moves))
     first = next(number for number, stage in enumerate(held) if moves_errors(stage))
-    targets = problem.targets()
-    optimizer = SOFT_STAGE if targets.simulated else _LEADING
-    leading = [Stage(optimizer, soft, held[first].moves | errors) for soft in softened(targets)]
+    targets, moves = problem.targets(), held[first].moves | errors
+    leading = [
+        Stage(_LEADING, PosteriorObjective(FrfLeastSquares(), targets, temperature), moves)
+        for temperature in _TEMPERATURES
+    ]
     return (*held[:first], *leading, *held[first:])
 
 
@@ -107,11 +112,11 @@ def _eliminating(
     """
     held = replace(stage, moves=stage.moves & ~errors)
     eliminated = replace(held, objective=EliminatedObjective(objective, initial))
-    best = Stage(SOFT_STAGE, objective, errors)
+    best = Stage(_LEADING, objective, errors)
     return [held, best, *[eliminated, best] * _ROUNDS]
 
 
-def _told(optimizer: Optimizer) -> Optimizer:
+def _tolerant(optimizer: Optimizer) -> Optimizer:
     """With a tolerance that is enough for so many unknowns, unless the study states one."""
     if "tolerance" in optimizer.model_fields_set:
         return optimizer

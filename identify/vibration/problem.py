@@ -44,7 +44,7 @@ from identify.vibration.study_points import study_points
 @dataclass(frozen=True)
 class Measurement:
     """One measurement and the model at its posture (rad); `target` is what a cost compares; uncertain: places
-    errors of what was told on a system, where they are stated.
+    nuisance parameters on a system, where they are stated.
     """
 
     given: Given
@@ -63,7 +63,7 @@ class Measurement:
         return self.given.settings
 
     def at(self, values: Array) -> tuple[System, Array]:
-        """The system that errors of what was told make, at values (unknowns,), and those of the
+        """The system that nuisance parameters make, at values (unknowns,), and those of the
         parameters.
         """
         if isinstance(self.target, FrfTarget):
@@ -225,10 +225,10 @@ def _check_uncertain(given: Sequence[Given]) -> None:
 
 
 def _basis(robot: Robot, points: Mapping[int, Point], nuisances: Nuisances, one: Given) -> Basis:
-    """What errors of what was told change of a measurement."""
-    told = basis_points(points)
+    """What nuisance parameters change of a measurement."""
+    nominal = basis_points(points)
     angles, lengths = nuisances.has("joint"), nuisances.has("kinematics")
-    return basis(robot, one.posture, told, one.settings.detached, angles=angles, lengths=lengths)
+    return basis(robot, one.posture, nominal, one.settings.detached, angles=angles, lengths=lengths)
 
 
 def _check_initial(problem: Problem) -> None:
@@ -281,11 +281,11 @@ def systems_with(problem: Problem, effects: Sequence[Effect]) -> list[System]:
 
 
 def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem:
-    """The same robot, data and effects where so much of what was told is uncertain."""
+    """The same robot, data and effects where so much of what was stated is uncertain."""
     study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
     file = problem.file.model_copy(update={"study": study.model_copy(update={"uncertainty": settings})})
-    told = [m.given for m in problem.measurements]
-    nuisances, given = _uncertain(settings, problem.robot, problem.points, told)
+    given = [m.given for m in problem.measurements]
+    nuisances, given = _uncertain(settings, problem.robot, problem.points, given)
     robot, points, reference = problem.robot, problem.points, problem.reference
     built = already_built(problem, with_sites=True)
     return assembled(file, robot, points, given, values, reference, built, nuisances)
@@ -364,8 +364,8 @@ def _measurement(
     uncertain = None if given.basis is None else partial(_placed, nuisances, forms, given, points)
     if isinstance(given.data, FrfSet):
         impact = given.impact and given.impact.begun(_pre_trigger(system, values))
-        told = (given.name, given.data, system, points, given.noise, given.record)
-        return Measurement(given, system, frf_target(*told, impact, uncertain), uncertain)
+        known = (given.name, given.data, system, points, given.noise, given.record)
+        return Measurement(given, system, frf_target(*known, impact, uncertain), uncertain)
     out = (
         channel_rows(system, points, given.data.channels, given.name)
         if given.data.shapes is not None

@@ -123,8 +123,8 @@ def _in_doubt(problem: Problem, taken: int, found: Fit) -> Problem:
         if there.squares - here.squares < 2 * CONVINCING * noise and moved[most] >= SIGMAS_95:
             name = problem.parameters[int(number[most])].name
             note = (
-                f"the length of the records is not told: {{:.4g}} s was taken, and {times / taken:.3g} times"
-                f" as long is about as likely but moves {name} by {moved[most]:.2g} of its standard"
+                f"the length of the records is not stated: {{:.4g}} s was taken, and {times / taken:.3g}"
+                f" times as long is about as likely but moves {name} by {moved[most]:.2g} of its standard"
                 " deviations: give `record_s`"
             )
             problem = _noted(problem, note, taken)

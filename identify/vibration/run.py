@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
@@ -27,30 +27,37 @@ Advise = Callable[[Problem, float], Sequence[str]]
 """Sentences on a problem that was fitted and left this gap."""
 
 
+class How(TypedDict, total=False):
+    """How a fit is run: processes that run starts side by side; whether an interrupted run is taken up; what
+    is said first of the problem and its gap.
+    """
+
+    workers: int | None
+    resume: bool
+    advise: Advise | None
+
+
 def run_fit(
     config: Path,
     out: Path | None,
     overrides: dict[str, Any],
     progress: Progress | None = None,
     *,
-    workers: int | None = None,
-    resume: bool = False,
     profile: Sequence[str] = (),
     write_back: Path | None = None,
-    advise: Advise | None = None,
+    **how: Unpack[How],
 ) -> tuple[results.FitResult, list[Path]]:
     """Fit the study in `config`, write the result and return it with what was written, its path first;
     overrides replace keys of the study.
 
-    workers: processes that run starts side by side; profile: names of parameters whose profile likelihood is
-    wanted; write_back: a folder for the robot and the points as they were found; advise: what is said first
-    of the problem and its gap.  While it runs, the part file beside it keeps what `resume` needs; a finished
-    run of the same study is not run again by it.
+    profile: names of parameters whose profile likelihood is wanted; write_back: a folder for the robot and
+    the points as they were found.  While it runs, the part file beside it keeps what `resume` needs; a
+    finished run of the same study is not run again by it.
     """
     file = override(read_study(config), overrides)
     path = out or Path("reports") / f"{file.study.name}.h5"
     back = None if write_back is None else WriteBack(file, write_back)
-    result = fit_study(file, path, progress, workers=workers, resume=resume, profiled=profile, advise=advise)
+    result = fit_study(file, path, progress, profiled=profile, **how)
     return result, [path, *(() if back is None else back.write(result))]
 
 
@@ -83,15 +90,15 @@ def fit_study(
             settled, found = with_records(problem, fitted, progress.show)
             result = evaluate(settled, found, key, profiled)
             inputs = came_from.input_sha256  # as they were when they were read
-            told = dataclasses.replace(result.provenance, input_sha256=inputs)
+            renamed = dataclasses.replace(result.provenance, input_sha256=inputs)
             said = () if advise is None else tuple(advise(settled, result.gap))
-            return dataclasses.replace(result, provenance=told, verdict=(*said, *result.verdict))
+            return dataclasses.replace(result, provenance=renamed, verdict=(*said, *result.verdict))
 
         return resumable(path, key, results.FitResult, compute, resume=resume, replace=replace)
 
 
 def finished_before(file: StudyFile, path: Path) -> results.FitResult | None:
-    """The finished run of this very study, data and versions at `path`, told from the hashes of its input
+    """The finished run of this very study, data and versions at `path`, recognised by the hashes of its input
     files, which are not parsed; None where it is damaged, or an input cannot be read.
     """
     try:

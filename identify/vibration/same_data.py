@@ -1,5 +1,5 @@
-"""One measurement under two names, told by what is in it: it would count twice, or be called data that were
-not fitted.
+"""One measurement under two names, recognised by what is in it: it would count twice, or be called data that
+were not fitted.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from identify.measured.several import is_pattern
 from identify.measured.uff.geometry import has_geometry
 from identify.robot.description import Robot
 from identify.robot.joint_angles import from_ground
-from identify.vibration.starter_robot import NewRobot, Told, new_robot, relative
+from identify.vibration.starter_robot import NewRobot, RobotOptions, new_robot, relative
 
 _TEMPLATE = """\
 # A study of identify.  Keys that are missing have defaults; `identify config` prints them all.
@@ -80,7 +80,7 @@ effects:                             # the physics of the model; one line per ef
 {%- endif %}
   # - {kind: base-compliance, axes: [rx, ry]}
   # - {kind: pre-trigger}            # records begin before the impact; slow modes ring on beyond their end
-{{ uncertainty }}              # masses, sensors, gains and angles are not quite as told; or `careful`
+{{ uncertainty }}              # masses, sensors, gains and angles are not quite as stated; or `careful`
 cost: {{ cost }}   # FRFs: frf-least-squares, frf-area, normalized-response; modal tables: eigenfrequency
 # optimizer: hybrid                  # default: Gauss-Newton with exact gradients from several starts
 starts: 10                           # at most; fewer when three agree
@@ -108,26 +108,26 @@ def write_starter(
     out: Path,
     points: Path | None,
     options: FrfFileOptions | None = None,
-    told_of_robot: Told | None = None,
+    robot_options: RobotOptions | None = None,
     posture: tuple[float, ...] = (),
 ) -> Starter:
-    """Write the config; options: what the user says of all files, told_of_robot: and of the robot; posture:
+    """Write the config; options: what the user says of all files, robot_options: of the robot; posture:
     joint angles of the first measurement, degrees, if they are known.
 
     InputError for a file that exists, which is kept, and for one that cannot be read.
     """
     check_new(out)
     folder = out.resolve().parent
-    of_robot = told_of_robot or Told()
+    of_robot = robot_options or RobotOptions()
     new = new_robot(robot, folder, of_robot)
     described = new.robot
     if posture and len(posture) != len(described.joints):
         expected = f"{len(described.joints)}, one per joint ({_joints(described)})"
         raise InputError("--posture", count(len(posture), "angle"), expected)
-    told = options or FrfFileOptions()
+    settings = options or FrfFileOptions()
     read = dict[Path, _Read]()
-    groups = _grouped(data, told, read)
-    entries = [_measurement(files, folder, told, read, len(described.joints)) for files in groups]
+    groups = _grouped(data, settings, read)
+    entries = [_measurement(files, folder, settings, read, len(described.joints)) for files in groups]
     entries = entries or [_Entry("file", "null", "   # FILL IN: the FRFs that were measured")]
     points = points or robot.parent / "points.csv"
     text = _text(new, entries, posture, (out, robot, points))
@@ -189,14 +189,14 @@ def _unfilled(text: str) -> list[str]:
 
 
 def _points_to_write(
-    robot: Path, told: Told, data: list[Path], points: Path, entries: list[_Entry]
+    robot: Path, settings: RobotOptions, data: list[Path], points: Path, entries: list[_Entry]
 ) -> list[str]:
     """That the file of points is missing, which nodes it has to have, and what makes it."""
     nodes = sorted({node for entry in entries for node in entry.nodes if node > 0})
     if points.exists() or not nodes:
         return []
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
-    words = ["identify", "points", robot, data[0], "--posture", "...", *told.words(), "--out", points]
+    words = ["identify", "points", robot, data[0], "--posture", "...", *settings.words(), "--out", points]
     return [
         f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
         f" the data ({some}), or let `{typed(words)}` "
@@ -314,7 +314,7 @@ def _name(robot: Path) -> str:
 
 
 def _from_ground(robot: Robot) -> str:
-    """How a joint 3 that is counted from the ground would be told."""
+    """How a joint 3 that is counted from the ground would be reported."""
     times = from_ground(robot)
     if times is None:
         return ""

@@ -29,7 +29,7 @@ _HOW = "make them of the meshes: `--mass-kg` with the mass of the data sheet"
 
 
 @dataclass(frozen=True)
-class Told:
+class RobotOptions:
     """What the user says of a robot: which part of the description is the arm, arguments of a xacro, and what
     is wanted of its bodies.
     """
@@ -59,38 +59,38 @@ class NewRobot:
     said: tuple[str, ...]
 
 
-def new_robot(file: Path, folder: Path, told: Told) -> NewRobot:
+def new_robot(file: Path, folder: Path, options: RobotOptions) -> NewRobot:
     """The robot that a file describes, for a config in a folder.
 
     Where bodies are made, a URDF with them is written there.  InputError for a file that cannot be read, and
     where bodies are missing that cannot be made.
     """
-    settings = settings_of(file, told.choice, told.arguments)
+    settings = settings_of(file, options.choice, options.arguments)
     if settings.dh is not None:
-        return _read(settings, file, told)
-    whole = read_urdf(file, any_bodies=True, choice=told.choice, arguments=told.arguments)
-    names = unknown(whole, told.wanted.everything)
+        return _read(settings, file, options)
+    whole = read_urdf(file, any_bodies=True, choice=options.choice, arguments=options.arguments)
+    names = unknown(whole, options.wanted.everything)
     if not names:
-        return _read(settings, file, told)
-    if told.wanted.mass_kg is None and any(whole.link(name).mass == 0 for name in names):
+        return _read(settings, file, options)
+    if options.wanted.mass_kg is None and any(whole.link(name).mass == 0 for name in names):
         why = "; ".join(whole.notes)
         found = f"no mass or inertia of {listed(names)}" + (f" ({why})" if why else "")
         raise InputError(file.name, found, "bodies of all moving links", _HOW)
-    return _made(settings, file, folder, whole, names, told)
+    return _made(settings, file, folder, whole, names, options)
 
 
-def _read(settings: RobotSettings, file: Path, told: Told) -> NewRobot:
-    """As it is; InputError for what is told of bodies that are not made."""
-    for option, value in (("--motor", told.wanted.motors), ("--base-kg", told.wanted.base_kg)):
+def _read(settings: RobotSettings, file: Path, options: RobotOptions) -> NewRobot:
+    """As it is; InputError for what is stated of bodies that are not made."""
+    for option, value in (("--motor", options.wanted.motors), ("--base-kg", options.wanted.base_kg)):
         if value:
             why = "no body is made of a mesh, because the file has them all"
             raise InputError(option, why, "links without a body", "add `--inertias meshes`, or leave it out")
     robot = read_robot(settings, Path())
-    found = masses(robot, told.wanted.mass_kg)
-    sheet = "" if told.wanted.mass_kg is not None else ": compare its data sheet"
+    found = masses(robot, options.wanted.mass_kg)
+    sheet = "" if options.wanted.mass_kg is not None else ": compare its data sheet"
     doubts = [f"{one}; `--inertias meshes` makes bodies of the meshes" for one in found.doubts]
     said = (*robot.notes, found.sentence + sheet, *doubts)
-    return NewRobot(robot, file, _keys(told), "", said)
+    return NewRobot(robot, file, _keys(options), "", said)
 
 
 def _made(
@@ -99,21 +99,21 @@ def _made(
     folder: Path,
     whole: Robot,
     names: list[str],
-    told: Told,
+    options: RobotOptions,
 ) -> NewRobot:
     """With bodies out of meshes, in a file of its own."""
-    bodies = made_bodies(whole, told.wanted)
+    bodies = made_bodies(whole, options.wanted)
     path = folder / f"{file.name.partition('.')[0]}_bodies.urdf"
     if path.exists():
         fix = "choose another folder with `--out`, or remove it"
         raise InputError(str(path), "the file exists", "a new file", fix)
     write_text(path, with_bodies(settings, Path(), whole, bodies, to=folder))
-    robot = read_urdf(path, choice=told.choice)
+    robot = read_urdf(path, choice=options.choice)
     found = masses(robot)
     new = listed([body.name for body in bodies])
     said = (*robot.notes, f"wrote {path}: bodies of {new} made of their meshes", found.sentence)
-    stated = _uncertainty(whole, robot, names, told.wanted.everything)
-    return NewRobot(robot, path, _keys(replace(told, arguments={})), stated, said)
+    stated = _uncertainty(whole, robot, names, options.wanted.everything)
+    return NewRobot(robot, path, _keys(replace(options, arguments={})), stated, said)
 
 
 def _uncertainty(before: Robot, robot: Robot, names: list[str], everything: bool) -> str:
@@ -131,10 +131,15 @@ def _uncertainty(before: Robot, robot: Robot, names: list[str], everything: bool
     return json.dumps({"like": "typical", "links": {"each": each}}).replace('"', "")
 
 
-def _keys(told: Told) -> str:
+def _keys(options: RobotOptions) -> str:
     """Further keys of `robot:`, each after a comma."""
-    choice, mass = told.choice, told.wanted.mass_kg
-    keys = {"tip": choice.tip, "lock": dict(choice.lock), "arguments": dict(told.arguments), "mass_kg": mass}
+    choice, mass = options.choice, options.wanted.mass_kg
+    keys = {
+        "tip": choice.tip,
+        "lock": dict(choice.lock),
+        "arguments": dict(options.arguments),
+        "mass_kg": mass,
+    }
     return "".join(f", {name}: {json.dumps(value)}" for name, value in keys.items() if value)
 
 

@@ -111,7 +111,7 @@ class MeasurementSettings(FrfFileOptions):
     )
     motor_side: list[Literal["torque", "motion"]] = Field(
         [],
-        description="what of `joint2:motor` is told at the motor's shaft: [torque, motion] or one of them,"
+        description="what of `joint2:motor` is given at the motor's shaft: [torque, motion] or one of them,"
         " with the `gear_ratio` of its effect; default: all at the gear output",
     )
     motor_torque: Literal["total", "added"] = Field(
@@ -241,9 +241,9 @@ class Study(Settings):
     uncertainty: Annotated[UncertaintySettings, BeforeValidator(parse_uncertainty)] | None = Field(
         None,
         description=(
-            "how far masses, places, directions, gains and angles may be from what was told: `typical`,"
+            "how far masses, places, directions, gains and angles may be from what was stated: `typical`,"
             " `careful`, or what is uncertain by how much; intervals carry it, and the likelihood fits it"
-            " along; default: exactly as told"
+            " along; default: exactly as stated"
         ),
     )
     modal: ModalSettings = Field(

@@ -51,7 +51,7 @@ take off, below which it has arrived."""
 
 
 def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: bool = True) -> Uncertainty:
-    """The intervals and their limits at values (unknowns,); of parameters that errors of what was told go
+    """The intervals and their limits at values (unknowns,); of parameters that nuisance parameters go
     along with, marginal.
 
     disagreement: widened where the forces of the postures disagree by more than their residuals say.
@@ -65,7 +65,7 @@ def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: 
 def by_residuals(
     targets: Targets, scale: Scale, values: Array, disagreement: bool = True
 ) -> tuple[Information, Array, tuple[str, ...]]:
-    """What residuals say of the parameters where what was told is exact: their information, by how much
+    """What residuals say of the parameters where what was stated is exact: their information, by how much
     wider (f,) than that the forces disagree, and words of warning.
     """
     found = _information(targets, values, scale.free, scale.slope(scale.to_x(values)))
@@ -136,7 +136,7 @@ def _jointly(targets: Targets, scale: Scale, values: Array, disagreement: bool) 
 def _joint_disagreement(
     plain: Uncertainty, joint: Joint, forces: Sequence[tuple[Array, Array]], scale: Scale, own: Scale
 ) -> Array:
-    """`_disagreement` of the parameters (f,) where errors of what was told are fitted along: of the part of
+    """`_disagreement` of the parameters (f,) where nuisance parameters are fitted along: of the part of
     their variance that noise has.  Few forces leave much open beside so many errors, so that what independent
     residuals would make of leaving one out is counted off.
     """
@@ -154,14 +154,14 @@ def _joint_disagreement(
 
 
 def _beyond_statement(shift: Array, spread: Array) -> list[str]:
-    """A sentence where all errors of what was told together (e,) are far larger than stated: what is missing
+    """A sentence where all nuisance parameters together (e,) are far larger than stated: what is missing
     from a model may leave nothing else, and its parameters wrong.
     """
     ratio = times_as_large(shift, spread)
     if ratio <= _LARGER:
         return []
     said = (
-        f"errors of what was told are together {ratio:.1f} times as large as stated: the statement is too"
+        f"nuisance parameters are together {ratio:.1f} times as large as stated: the statement is too"
         " small or something is missing from the model, so values may be biased and the intervals cannot be"
         " relied on"
     )
@@ -172,7 +172,7 @@ def _disagreeing(plain: Uncertainty, own: Scale, wider: Array) -> list[str]:
     """A sentence where forces disagree far more than noise allows."""
     names = [own.parameters[number].name for number in own.free]
     rows = zip(wider, names, plain.status, strict=True)
-    most, name = max(((w, name) for w, name, told in rows if told == "determined"), default=(1.0, ""))
+    most, name = max(((w, name) for w, name, word in rows if word == "determined"), default=(1.0, ""))
     if most <= _FAR_MORE:
         return []
     return [
@@ -196,7 +196,7 @@ def _variance(targets: Targets, values: Array, free: Index, combinations: Array)
 
 def gap(targets: Targets, values: Array) -> float:
     """RMS of the residuals in units of noise over everything: 1 is perfect; NaN where no FRF noise is
-    known.  Where errors of what was told were fitted, their squares are among those of the residuals.
+    known.  Where nuisance parameters were fitted, their squares are among those of the residuals.
     """
     if any(target.noise is None for target in targets.frf):
         return float("nan")
@@ -211,7 +211,7 @@ def gap(targets: Targets, values: Array) -> float:
 def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> float:
     """`gap` on data that were not fitted.
 
-    Where errors of what was told are uncertain, how far these data are from what the fit predicts, in units
+    Where nuisance parameters are uncertain, how far these data are from what the fit predicts, in units
     of that prediction's own uncertainty and noise together: sum r' (1 + J C J')^-1 r over the count, C the
     covariance of all unknowns.
     """

@@ -1,4 +1,4 @@
-"""What a fit found of errors of what was told, written back: the robot, the points and a study that uses them
+"""What a fit found of nuisance parameters, written back: the robot, the points and a study that uses them
 (`identify fit --write-back FOLDER`).
 
 Masses, centres and inertias of links, places of joints, points and their sensors, and joint angles get the
@@ -34,8 +34,8 @@ _CHANGED = (
     " finds some of these errors again"
 )
 _LEFT_NOTE = """\
-# What a fit left uncertain of what was told, one standard deviation each: for other tests of this robot, with
-# {} and {}. With the data of that fit, these would count twice.
+# What a fit left uncertain of what was stated, one standard deviation each: for other tests of this robot
+# with {} and {}. With the data of that fit, these would count twice.
 """
 
 
@@ -143,9 +143,9 @@ class WriteBack:
         data = settings.model_dump(exclude_defaults=True)
         for group, entries in found.left().items():
             part = data.get(group, {})
-            told = {**part.get("each", {})}
-            each = {name: in_one_line({**told.get(name, {}), **own}) for name, own in entries.items()}
-            data[group] = {**part, "each": {**told, **each}}
+            old = {**part.get("each", {})}
+            each = {name: in_one_line({**old.get(name, {}), **own}) for name, own in entries.items()}
+            data[group] = {**part, "each": {**old, **each}}
         points = self.points or Path("no points")
         return _LEFT_NOTE.format(self.robot.name, points.name) + yaml_text({"uncertainty": data})
 

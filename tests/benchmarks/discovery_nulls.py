@@ -52,8 +52,8 @@ KINDS = (
 )
 """What acts and is in the study."""
 _NEAR = 1.2
-"""A first fit with a larger gap did not come to the noise, and is listed: what is added to it may make up for
-that."""
+"""A first fit with a larger gap did not come to the noise, and is listed: what is added to it may compensate
+for that."""
 
 
 def _body(true: Row) -> Row:

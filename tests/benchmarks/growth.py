@@ -119,7 +119,7 @@ def _map_s(work: Callable[[Array], object], posture: Array, count: int) -> float
 
 
 def workers(config: Path, file: Path) -> Iterator[Curve]:
-    """Wall time of a fit of four starts, errors of what was told fitted along, and of a map of 1,000."""
+    """Wall time of a fit of four starts, nuisance parameters fitted along, and of a map of 1,000."""
     plan, counts = fit_plan(load_problem(read_study(config))), (1, 2, 4)
     plan = replace(plan, starts=4, believed_cost=0.0)  # so that no agreement ends it
     grid = MapOptions(grid=((2, -60.0, 60.0, 10), (3, -60.0, 60.0, 10), (4, -60.0, 60.0, 10)))

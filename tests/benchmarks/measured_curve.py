@@ -22,9 +22,9 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.arrays import Array, Complex
 from identify.core.thresholds import SIGMAS_95
-from identify.discovery.places.catalogue import leaning
+from identify.discovery.places.catalogue import with_misalignment
 from identify.discovery.places.curve import Curve, measured_curve
-from identify.discovery.places.predict import StructuralModel, leanings
+from identify.discovery.places.predict import StructuralModel, misalignments
 from identify.discovery.places.screen import Job, PlaceFitter
 from identify.model.effects.place import Beside, Release
 from identify.reports.kit.figures import INK, MUTED, PALETTE, WIDTH_IN, style
@@ -81,8 +81,8 @@ def curves_of(folder: Path, names: tuple[str, ...]) -> Iterator[tuple[str, Curve
     free = {name for m in problem.measurements for name in m.system.coordinates}
     place = Beside(names) if set(names) <= free else Release(names)
     for label, part in _levels(problem):
-        fitter, own = PlaceFitter(part), leaning(place, part)
-        model, straight = fitter.model(own), [p.initial for p in leanings(own)]
+        fitter, own = PlaceFitter(part), with_misalignment(place, part)
+        model, straight = fitter.model(own), [p.initial for p in misalignments(own)]
         assert isinstance(model, StructuralModel)
         [fit] = fitter.fit([Job(own, np.array([*values, *straight]))], 40)
         assert fit is not None

@@ -219,7 +219,7 @@ def told(folder: Path) -> None:
         off = [abs(np.log(found.values[n] / known[p.name])) for n, p in enumerate(own) if not p.nuisance]
         print(
             f"  {len(target.system.coordinates)} coordinates, {size} parameters, {len(own) - size} errors of"
-            f" what was told, {target.measured.shape[1]} FRFs, {len(target.data.s)} lines: gap"
+            f" what was stated, {target.measured.shape[1]} FRFs, {len(target.data.s)} lines: gap"
             f" {gap(problem.targets(), found.values):.2f}, median stiffness or damping"
             f" {100 * float(np.median(off)):.1f} % off, {took[-1]:.1f} s"
         )

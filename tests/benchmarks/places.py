@@ -17,11 +17,11 @@ from typing import Any
 
 from threadpoolctl import threadpool_limits
 
+from identify.discovery.decimated import decimated
 from identify.discovery.places.catalogue import places_of
 from identify.discovery.places.screen import PlaceFit, PlaceFitter, screen_places
 from identify.discovery.present import present_model
 from identify.discovery.task import Trial
-from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.model.effects.joint_compliance import CLASSES
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
@@ -69,7 +69,7 @@ def fitted(case: Path) -> tuple[Problem, Trial]:
 
 def screened(problem: Problem, present: Trial) -> list[PlaceFit]:
     """All places from the present model."""
-    thin = thinned(problem)
+    thin = decimated(problem)
     return screen_places(places_of(thin), PlaceFitter(thin), problem.at(present.values))
 
 

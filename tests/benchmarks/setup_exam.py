@@ -4,7 +4,7 @@
 
 Every kind of slip of `tests.benchmarks.setup_slips` is drawn about as often, every fourth together with
 another; of the right set-ups every other one has an effect of the catalogue hidden in it.  Every other test
-is of an arm that is not quite as told, by as much as its study states, `careful` or `typical`.  Tests are
+is of an arm that is not quite as stated, by as much as its study states, `careful` or `typical`.  Tests are
 simulated in the time domain by `tests.generator`, which shares no code with the package.  Draw after the
 work, and score once.
 """

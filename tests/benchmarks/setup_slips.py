@@ -1,4 +1,5 @@
-"""Slips of practice, put into a simulated hammer test and what is told of it: nothing here knows `identify`.
+"""Slips of practice, put into a simulated hammer test and what is stated of it: nothing here knows
+`identify`.
 
 A slip changes the files as a person would have got them wrong, and says by which words it is named right: the
 code of its kind, and what its sentence has to have.

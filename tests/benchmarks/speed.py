@@ -182,7 +182,7 @@ def evaluations(folder: Path, repeat: int) -> Iterator[Row]:
 
 
 def stated(folder: Path, repeat: int) -> Iterator[Row]:
-    """A step of a fit with errors of what was told: the example, 6 coordinates."""
+    """A step of a fit with nuisance parameters: the example, 6 coordinates."""
     text = Path(_STUDY).read_text(encoding="utf-8").replace("../data", str(ROOT / "data"))
     (folder / "stated.yaml").write_text(f"{text}\nuncertainty: typical\n")
     told = load_problem(read_study(folder / "stated.yaml"))

@@ -15,15 +15,15 @@ import pytest
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
 from identify.discovery.curves import curve_of, wanted
+from identify.discovery.decimated import decimated
 from identify.discovery.loop import Discovery
-from identify.discovery.places.catalogue import leaning
+from identify.discovery.places.catalogue import with_misalignment
 from identify.discovery.places.curve import MeasuredCurve, measured_curve
 from identify.discovery.places.laws import rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import thinned
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.effects.place import Beside, Release
 from identify.model.frf import dynamic_stiffness
@@ -42,7 +42,7 @@ CASE = "tilt_j2_101"
 def fitter(tmp_path_factory: pytest.TempPathFactory) -> PlaceFitter:
     """Few lines of a test with a joint 2 that tilts, from its true drives."""
     config = write_config(CASE, tmp_path_factory.mktemp(CASE), truth(CASE)["k"])
-    return PlaceFitter(thinned(load_problem(read_study(config))))
+    return PlaceFitter(decimated(load_problem(read_study(config))))
 
 
 def _measured(fitter: PlaceFitter, joint: int, tmp_path: Path) -> tuple[MeasuredCurve, PlaceFit]:
@@ -116,10 +116,12 @@ def test_a_measured_impedance_is_spring_damper_and_branches(tmp_path: Path) -> N
     assert np.abs(change).max() < 1e-6 * np.abs(wanted).max()
 
 
-def _with_noisy_forces(problem: Problem, seed: int, lean: float = 0.0) -> tuple[Problem, tuple[float, float]]:
-    """The problem with what its model with a joint 2 that tilts about rx, or an axis that leans towards ry,
-    predicts, noise on every force (in all responses to it alike) and on every response; and stiffness and
-    damping of that tilt.
+def _with_noisy_forces(
+    problem: Problem, seed: int, misalignment: float = 0.0
+) -> tuple[Problem, tuple[float, float]]:
+    """The problem with what its model with a joint 2 that tilts about rx, or an axis that is misaligned
+    towards ry, predicts, noise on every force (in all responses to it alike) and on every response; and
+    stiffness and damping of that tilt.
     """
     spring = (4e6, 3e3)
     tilt = parse_effect(
@@ -127,7 +129,7 @@ def _with_noisy_forces(problem: Problem, seed: int, lean: float = 0.0) -> tuple[
             "kind": "measured-impedance",
             "at": ["joint2.rx"],
             "branches": 0,
-            "lean": {"joint2.ry": lean} if lean else {},
+            "misalignment": {"joint2.ry": misalignment} if misalignment else {},
             "stiffness": {"initial": spring[0]},
             "damping": {"initial": spring[1]},
         }
@@ -175,12 +177,12 @@ def test_the_band_holds_the_truth_where_forces_are_noisy(fitter: PlaceFitter) ->
 
 def test_the_band_holds_the_truth_about_an_axis_of_its_own_direction(fitter: PlaceFitter) -> None:
     """Which is found, with its interval; about the coordinate itself the curve is off by more."""
-    lean, counted = 0.02, {True: list[Array](), False: list[Array]()}
+    misalignment, counted = 0.02, {True: list[Array](), False: list[Array]()}
     for seed in range(3):
-        problem, (k, c) = _with_noisy_forces(fitter.problem, seed, lean)
+        problem, (k, c) = _with_noisy_forces(fitter.problem, seed, misalignment)
         again, straight = PlaceFitter(problem), Release(("joint2.rx",))
-        assert leaning(Release(("joint2.rx", "joint2.ry")), problem).towards == ()
-        for place in (straight, leaning(straight, problem)):
+        assert with_misalignment(Release(("joint2.rx", "joint2.ry")), problem).towards == ()
+        for place in (straight, with_misalignment(straight, problem)):
             model, scale = again.model(place), again.scale(place)
             [fit] = again.fit([Job(place, np.array([p.initial for p in scale.parameters]))], 20)
             assert isinstance(model, StructuralModel)
@@ -192,9 +194,9 @@ def test_the_band_holds_the_truth_about_an_axis_of_its_own_direction(fitter: Pla
                 off.real / curve.pooled.std_real[:, 0],
                 off.imag / curve.pooled.std_imag[:, 0],
             ]
-        [(by, std)] = curve.lean
-        assert abs(by - lean) < 3 * std
-        assert std < 0.2 * lean
+        [(by, std)] = curve.misalignment
+        assert abs(by - misalignment) < 3 * std
+        assert std < 0.2 * misalignment
     share = {turned: np.mean(np.abs(np.concatenate(off)) < 1.96) for turned, off in counted.items()}
     assert 0.91 < share[True] < 0.99
     assert share[False] < 0.8

@@ -1,4 +1,6 @@
-"""Other forms of what was found: neighbours, a strut for springs in any direction, laws that lean."""
+"""Other forms of what was found: neighbours, a strut for springs in any direction, laws about a misaligned
+axis.
+"""
 
 from __future__ import annotations
 
@@ -8,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.discovery.decimated import decimated
 from identify.discovery.forms import in_other_forms
-from identify.discovery.lean import leaning_task, may_lean
+from identify.discovery.misalignment import may_be_misaligned, misaligned_task
 from identify.discovery.neighbours import neighbours
 from identify.discovery.state import Added, State
 from identify.discovery.strut import _Strut, strut_task
 from identify.discovery.task import Task
-from identify.discovery.thinned import thinned
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
@@ -68,7 +70,7 @@ def _measured(problem: Problem, model: Problem) -> Problem:
 def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     """With its direction, stiffness and four parameters in place of twelve; and not where much is left."""
     known, true = tuple(problem.file.study.effects), np.array([0.6, -0.48, 0.64])
-    thin = thinned(problem)
+    thin = decimated(problem)
     link = thin.robot.links[3].name
     strut = {"kind": "spring-to-ground", "link": link, "at_m": [0.1, -0.2, 0.3]}
     own = {f"{link}.strut.stiffness": 3e5, f"{link}.strut.damping": 300.0}
@@ -100,25 +102,25 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
 
 
-@pytest.mark.parametrize("lean", [0.03, 0.0])
-def test_a_measured_law_leans_where_the_data_show_it(problem: Problem, lean: float) -> None:
+@pytest.mark.parametrize("misalignment", [0.03, 0.0])
+def test_a_measured_law_leans_where_the_data_show_it(problem: Problem, misalignment: float) -> None:
     """And only there: a law about the coordinate stays as it is."""
-    known, thin = tuple(problem.file.study.effects), thinned(problem)
+    known, thin = tuple(problem.file.study.effects), decimated(problem)
     straight = {"kind": "measured-impedance", "at": ["joint2.rx"], "branches": 0}
     own = {"joint2.rx.stiffness": 1e6, "joint2.rx.damping": 1e3}
-    turned = straight | ({"lean": {"joint2.ry": lean}} if lean else {})
+    turned = straight | ({"misalignment": {"joint2.ry": misalignment}} if misalignment else {})
     measured = _measured(thin, with_effects(thin, (*known, parse_effect(turned)), own))
     law, runner = parse_effect(straight), TrialRunner(measured)
     values = {**{p.name: p.initial for p in measured.parameters}, **own}
     trial = runner.run(Task(known, (law,), values, whole=True))
-    task = leaning_task(measured, trial)
-    if not lean:
+    task = misaligned_task(measured, trial)
+    if not misalignment:
         assert task is None
         return
     assert task is not None
     [found] = task.new
     assert isinstance(found, MeasuredImpedance)
-    assert found.lean["joint2.ry"] == pytest.approx(lean, rel=0.1)
+    assert found.misalignment["joint2.ry"] == pytest.approx(misalignment, rel=0.1)
     with Workers(measured, 1) as workers:
         end = in_other_forms(workers, State(measured, trial, (Added(law, 100.0),)), Story()).model
     assert found in end.task.effects
@@ -130,9 +132,9 @@ def test_a_measured_law_leans_where_the_data_show_it(problem: Problem, lean: flo
 def test_what_an_axis_may_lean_towards() -> None:
     """The other coordinates of its kind, and only of a single one."""
     one = {"kind": "measured-impedance", "at": ["joint2.rx"]}
-    assert may_lean(parse_effect(one))
-    assert not may_lean(parse_effect(one | {"at": ["joint2.rx", "joint2.ry"]}))
-    assert not may_lean(parse_effect(one | {"lean": {"joint2.ry": 0.1}}))
-    for lean in ({"joint2.tx": 0.1}, {"joint3.ry": 0.1}, {"joint2.rx": 0.1}):
-        with pytest.raises(ValueError, match="lean"):
-            parse_effect(one | {"lean": lean})
+    assert may_be_misaligned(parse_effect(one))
+    assert not may_be_misaligned(parse_effect(one | {"at": ["joint2.rx", "joint2.ry"]}))
+    assert not may_be_misaligned(parse_effect(one | {"misalignment": {"joint2.ry": 0.1}}))
+    for misalignment in ({"joint2.tx": 0.1}, {"joint3.ry": 0.1}, {"joint2.rx": 0.1}):
+        with pytest.raises(ValueError, match="misalignment"):
+            parse_effect(one | {"misalignment": misalignment})

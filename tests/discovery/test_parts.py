@@ -14,12 +14,12 @@ from identify.core.parameters import Parameter
 from identify.core.threads import one_thread
 from identify.core.thresholds import CONVINCING
 from identify.discovery import sentences as told
+from identify.discovery.decimated import decimated, left_out
 from identify.discovery.evidence import EvidenceCriterion, removed
 from identify.discovery.localise import Part, band_limits, gap_map, in_words, parts
 from identify.discovery.loop import Discovery
 from identify.discovery.new_config import config_text
 from identify.discovery.task import Option, Step, Task, Trial
-from identify.discovery.thinned import left_out, thinned
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection import workbench as selection
@@ -125,13 +125,13 @@ class TestInitialValues:
 
 class TestTrials:
     def test_few_lines_and_fitted_measurements_only(self, problem: Problem) -> None:
-        thin = thinned(problem)
+        thin = decimated(problem)
         assert [m.settings.use for m in thin.measurements] == ["fit", "fit"]
         assert all(30 <= len(m.given.data.frequency_hz) <= 63 for m in thin.measurements)
         assert thin.measurements[0].given.record == problem.measurements[0].given.record
 
     def test_channels_left_out_are_all_there(self, problem: Problem) -> None:
-        split = left_out(thinned(problem))
+        split = left_out(decimated(problem))
         outputs = [set(map(str, m.given.data.outputs)) for m in split.measurements[:2]]
         assert not outputs[0] & outputs[1]
         assert outputs[0] | outputs[1] == set(map(str, problem.measurements[0].given.data.outputs))

@@ -12,12 +12,12 @@ import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, leanings, model_of
+from identify.discovery.decimated import decimated
+from identify.discovery.places.predict import ReadingModel, StructuralModel, Unknown, misalignments, model_of
 from identify.discovery.places.screen import PlaceFitter, screen_places
 from identify.discovery.places.semiparametric import fit_place
 from identify.discovery.places.update import a_of, recharted, symmetric, triangle
 from identify.discovery.places.views import View, views_of
-from identify.discovery.thinned import thinned
 from identify.model.effects.base import parse_effect
 from identify.model.effects.place import Attachment, Beside, Column, Place, Release, Rows
 from identify.vibration.problem import Problem, load_problem, with_effects
@@ -31,7 +31,7 @@ TURNED = Release(("joint2.rx",), ("joint2.ry",))
 
 @pytest.fixture(scope="module")
 def problem() -> Problem:
-    return thinned(load_problem(read_study(CONFIG)))
+    return decimated(load_problem(read_study(CONFIG)))
 
 
 @pytest.fixture(scope="module")
@@ -62,8 +62,18 @@ def _laws(problem: Problem) -> list[tuple[Place, dict[str, Any]]]:
     turned = Attachment(place.link, place.at_m, place.axes, "base")
     tilt = {"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"]}
     askew = Attachment(place.link, place.at_m, place.axes, "base", along=(0.6, 0.0, 0.8))
-    lean = {"kind": "measured-impedance", "at": ["joint2.rx"], "branches": 0, "lean": {"joint2.ry": 0.2}}
-    return [(TILT, tilt), (turned, strut), (askew, strut | {"direction": [3.0, 0.0, 4.0]}), (TURNED, lean)]
+    misalignment = {
+        "kind": "measured-impedance",
+        "at": ["joint2.rx"],
+        "branches": 0,
+        "misalignment": {"joint2.ry": 0.2},
+    }
+    return [
+        (TILT, tilt),
+        (turned, strut),
+        (askew, strut | {"direction": [3.0, 0.0, 4.0]}),
+        (TURNED, misalignment),
+    ]
 
 
 @pytest.mark.parametrize("number", [0, 1, 2, 3])
@@ -75,7 +85,7 @@ def test_a_place_with_a_law_is_the_model_with_the_effect(
     full = with_effects(problem, [*problem.file.study.effects, parse_effect(effect)], {})
     known, own = len(problem.initial), full.initial[len(problem.initial) :]
     model = StructuralModel(place, views)  # type: ignore[arg-type]
-    values = np.array([*problem.initial, *effect.get("lean", {}).values()])
+    values = np.array([*problem.initial, *effect.get("misalignment", {}).values()])
     s = model.lines(values)
     stiffness = np.array([np.diag(own[0::2] + line * own[1::2]) for line in s])
     unknown = _at(model, values, stiffness)
@@ -99,12 +109,12 @@ def test_a_place_with_a_law_is_the_model_with_the_effect(
     ids=lambda place: place.sentence(),
 )
 def test_derivatives_are_those_of_differences(problem: Problem, views: list[View], place: Place) -> None:
-    """By each unknown of a line, by parameters and by how far an axis leans, where something is missing
-    already.
+    """By each unknown of a line, by parameters and by how far an axis is misaligned, where something is
+    missing already.
     """
     node = views[0].target.data.outputs[-1].node
     model = model_of(Rows(node, (1, 2, 3)) if isinstance(place, Rows) else place, views)
-    values = np.array([*problem.initial, *(0.1 for _ in leanings(place))])
+    values = np.array([*problem.initial, *(0.1 for _ in misalignments(place))])
     free = np.arange(len(values))
     start = model.start(values)
     rng = np.random.default_rng(1)
@@ -146,7 +156,7 @@ def test_a_symmetric_matrix_and_its_triangle() -> None:
 def test_the_right_place_is_first_on_a_test_of_others(tmp_path: Path) -> None:
     """From a model that is 49 times the noise away to the noise, without a law; the next place is far off."""
     case = "tilt_j2_101"
-    thin = thinned(load_problem(read_study(write_config(case, tmp_path, truth(case)["k"]))))
+    thin = decimated(load_problem(read_study(write_config(case, tmp_path, truth(case)["k"]))))
     fitter = PlaceFitter(thin)
     tilts: list[Place] = [Release((f"joint{n}.rx", f"joint{n}.ry")) for n in (1, 2, 3, 4)]
     found = screen_places([*tilts, Column()], fitter, thin.initial)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.discovery.decimated import decimated
 from identify.discovery.loop import _confirmed
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.discovery.state import Added, Rival, State
 from identify.discovery.task import Task, Trial
-from identify.discovery.thinned import thinned
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import parse_effect
@@ -89,7 +89,7 @@ def test_sums_over_lines_are_those_of_parts_of_them(
 
 
 def test_after_the_time_few_steps_are_taken(problem: Problem) -> None:
-    thin = thinned(problem)
+    thin = decimated(problem)
     unknowns = Unknowns(thin, len(thin.file.study.effects))
     x = unknowns.reference + 0.5
     fit = Penalised(unknowns, price=0.0)

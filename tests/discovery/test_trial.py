@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Scale
+from identify.discovery.decimated import decimated, left_out
 from identify.discovery.task import Task
-from identify.discovery.thinned import left_out, thinned
 from identify.discovery.trial import TrialRunner
 from identify.model.effects.base import parse_effect
 from identify.vibration.problem import Problem, load_problem, with_effects
@@ -50,7 +50,7 @@ def _squares(problem: Problem, values: np.ndarray, use: str = "fit") -> tuple[fl
 def test_squares_of_a_trial_are_those_of_its_residuals(problem: Problem, whole: bool) -> None:
     bench, known = TrialRunner(problem), tuple(problem.file.study.effects)
     trial = bench.run(Task(known, (), {}, whole))
-    fitted = problem if whole else thinned(problem)
+    fitted = problem if whole else decimated(problem)
     squares, count = _squares(fitted, fitted.at(trial.values))
     assert (trial.squares, trial.count) == (pytest.approx(squares, rel=1e-6), count)
     assert trial.gap == pytest.approx(np.sqrt(squares / count), rel=1e-6)
@@ -75,7 +75,7 @@ def test_a_third_is_left_out_and_has_all_directions(problem: Problem) -> None:
     """Responses come point by point, three directions each: what is left out and what is kept has all
     three.
     """
-    split = left_out(thinned(problem))
+    split = left_out(decimated(problem))
     kept, aside = (
         [channel for m in split.measurements if m.settings.use == use for channel in m.given.data.outputs]
         for use in ("fit", "validate")
@@ -87,10 +87,10 @@ def test_a_third_is_left_out_and_has_all_directions(problem: Problem) -> None:
         assert shares == pytest.approx([1 / 3] * 3, abs=0.15)
 
 
-def test_thinned_lines_are_spread_evenly_and_keep_their_own_noise(problem: Problem) -> None:
+def test_decimated_lines_are_spread_evenly_and_keep_their_own_noise(problem: Problem) -> None:
     for whole, thin in zip(
         [m for m in problem.measurements if m.settings.use == "fit"],
-        thinned(problem).measurements,
+        decimated(problem).measurements,
         strict=True,
     ):
         lines = np.searchsorted(whole.given.data.frequency_hz, thin.given.data.frequency_hz)

@@ -92,7 +92,7 @@ def test_where_the_data_say_nothing_the_bounds_do(log: bool) -> None:
 
 
 def _jointly(rows: np.ndarray, level: float = 1.0) -> Uncertainty:
-    """Of an offset and a slope beside one error of what was told, with noise `level` times as stated."""
+    """Of an offset and a slope beside one nuisance parameter, with noise `level` times as stated."""
     errors = np.array([False, False, True])
     variance = level**2 * rows.T @ rows
     return joint_uncertainty(

@@ -20,7 +20,6 @@ from identify.excite.study import read_excite_study
 from identify.explain.study import read_explain_study
 from identify.joints.study import read_joint_study
 from identify.machining.tool import read_tool
-from identify.measured import delimited, hdf5
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.modal_table import ModalTable
@@ -39,6 +38,7 @@ from identify.robot.urdf import read_urdf
 from identify.vibration.problem import load_problem
 from identify.vibration.reference import read_reference
 from identify.vibration.study import read_study
+from tests.frf_files import write_csv, write_hdf5
 from tests.hostile.mutate import BYTES, TEXT, Mutant
 from tests.measured.frf_sets import some_set
 from tests.measured.mat_files import content, write_v73
@@ -166,8 +166,8 @@ def kinds(folder: Path) -> list[Kind]:
     frfs = some_set()
     write_uff58(made / "text.uff", frfs)
     write_uff58(made / "binary.uff", frfs, binary=True)
-    delimited.write_frf(made / "frf.csv", frfs)
-    hdf5.write_frf(made / "frf.h5", frfs)
+    write_csv(made / "frf.csv", frfs)
+    write_hdf5(made / "frf.h5", frfs)
     savemat(made / "frf.mat", content(frfs))
     write_v73(made / "frf73.mat", content(frfs))
     runs = data / "joint_runs/speed08.csv"

@@ -70,7 +70,9 @@ def test_of_two_postures_it_says_that_it_does_not_know(measured: Measured, tmp_p
     result = mapped(measured(2), tmp_path)
     c = result.correction
     assert c is not None and np.mean(c.frequency_known) < 0.3
-    assert any("is not told by 2 measured postures" in one and "frequencies" in one for one in result.verdict)
+    assert any(
+        "is not determined by 2 measured postures" in one and "frequencies" in one for one in result.verdict
+    )
     truth = np.array([modes(q, stiffer(q))[0][:2] for q in UNSEEN])
     assert np.mean((c.frequency_low_95 < truth) & (truth < c.frequency_high_95)) > 0.9
 

@@ -13,8 +13,8 @@ from scipy.io import savemat
 
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
-from identify.measured.hdf5 import write_frf
 from identify.measured.loaders import FrfFileOptions, load_frf_set
+from tests.frf_files import write_hdf5
 from tests.measured.frf_sets import assert_same, sets, some_set
 from tests.measured.mat_files import content, write_v73
 from tests.shared import shared
@@ -24,7 +24,7 @@ from tests.shared import shared
 @settings(max_examples=40, deadline=None)
 def test_hdf5_keeps_every_bit(tmp_path_factory: pytest.TempPathFactory, frf_set: FrfSet) -> None:
     path = tmp_path_factory.mktemp("round") / "x.h5"
-    write_frf(path, frf_set)
+    write_hdf5(path, frf_set)
     read = load_frf_set(path)
     assert_same(read, frf_set)
     assert (read.averages, read.window_decay_per_s) == (frf_set.averages, frf_set.window_decay_per_s)
@@ -137,7 +137,7 @@ def test_a_damaged_file_gives_the_same_numbers_or_an_error(tmp_path: Path, suffi
     if suffix == ".mat":
         savemat(path, content(whole))
     else:
-        write_frf(path, whole)
+        write_hdf5(path, whole)
     raw = path.read_bytes()
     for length in range(0, len(raw) - 1, 131):
         path.write_bytes(raw[:length])

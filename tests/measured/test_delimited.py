@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.core.errors import InputError
-from identify.measured.delimited import write_frf
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set, load_time_history
+from tests.frf_files import write_csv
 from tests.measured.frf_sets import assert_same, sets, some_set
 
 LONG = """# unit: g/N
@@ -66,7 +66,7 @@ def test_what_is_written_is_read_bit_by_bit(
     tmp_path_factory: pytest.TempPathFactory, frf_set: FrfSet
 ) -> None:
     path = tmp_path_factory.mktemp("round") / "x.csv"
-    write_frf(path, frf_set)
+    write_csv(path, frf_set)
     read = load_frf_set(path)
     assert_same(read, frf_set)
     assert (read.averages, read.window_decay_per_s) == (frf_set.averages, frf_set.window_decay_per_s)
@@ -191,7 +191,7 @@ def test_errors_of_time_histories(tmp_path: Path, text: str, found: str) -> None
 
 def test_a_set_without_averages_or_coherence_is_written_and_read(tmp_path: Path) -> None:
     plain = some_set(averages=None, coherence=None, window_decay_per_s=0.0)
-    write_frf(tmp_path / "x.csv", plain)
+    write_csv(tmp_path / "x.csv", plain)
     read = load_frf_set(tmp_path / "x.csv")
     assert_same(read, plain)
     assert read.averages is None and read.window_decay_per_s == 0

@@ -11,7 +11,6 @@ import pytest
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfRecord, FrfRecords
-from identify.measured.hdf5 import write_frf as write_hdf5
 from identify.measured.loaders import (
     FORMAT_OF_SUFFIX,
     LOADERS,
@@ -20,6 +19,7 @@ from identify.measured.loaders import (
     load_time_history,
 )
 from identify.measured.uff.write import write_uff58
+from tests.frf_files import write_hdf5
 from tests.measured.frf_sets import assert_same, some_set
 
 

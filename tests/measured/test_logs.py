@@ -55,8 +55,8 @@ def _scores(found: FrfSet, band: tuple[float, float] = (1.0, 100.0)) -> np.ndarr
 
 @pytest.mark.parametrize("blocks", [1, 3])
 def test_local_polynomials_know_the_frf_and_its_noise(blocks: int) -> None:
-    """Records that begin in the middle of a motion, with noise of the response: errors are as large as told,
-    and alike in no two lines.
+    """Records that begin in the middle of a motion, with noise of the response: errors are as large as
+    stated, and alike in no two lines.
     """
     rng = np.random.default_rng(blocks)
     torque = rng.normal(size=(blocks, SAMPLES + 300))

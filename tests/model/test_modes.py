@@ -17,9 +17,9 @@ from identify.model.modes import (
     eigenvalue_gradient,
     frequency_and_damping_gradient,
     state_eigen,
-    undamped_modes,
 )
 from tests.arms import ALL_EFFECTS, arm, initial, system
+from tests.model.undamped import undamped_modes
 
 
 def test_one_degree_of_freedom_in_closed_form() -> None:

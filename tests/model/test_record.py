@@ -117,7 +117,7 @@ def test_a_response_that_dies_out_is_left_alone(tmp_path: Path) -> None:
     )
 
 
-def test_targets_know_their_record_where_blows_were_windowed(tmp_path: Path) -> None:
+def test_targets_know_their_record_where_impacts_were_windowed(tmp_path: Path) -> None:
     effects = [
         parse_effect({"kind": "joint-compliance"}),
         parse_effect({"kind": "window-decay", "error": {"initial": 0.3}}),

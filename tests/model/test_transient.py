@@ -130,7 +130,7 @@ def test_models_side_by_side_move_as_each_alone() -> None:
         assert both.x[part] == pytest.approx(alone.x, rel=1e-9)
 
 
-def test_transforms_of_torque_and_blow_are_those_of_quadrature() -> None:
+def test_transforms_of_torque_and_impact_are_those_of_quadrature() -> None:
     impact = Impact(120.0, 6.5e-3, 0.3)
     s = 0.7 + 2j * np.pi * np.array([3.0, 40.0, 79.0])
     step = 1e-6

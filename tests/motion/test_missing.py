@@ -233,7 +233,7 @@ def test_how_a_joint_creeps_goes_with_its_friction(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("no_springs")
 def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With steps as long as a slow controller's period, a velocity gain would make up for them."""
+    """With steps as long as a slow controller's period, a velocity gain would compensate for them."""
     monkeypatch.setattr(hidden_motion, "PERIOD_S", 2e-3)
     monkeypatch.setattr(hidden_motion, "PARTS", 6)
     monkeypatch.setattr(hidden_motion, "EVERY", 2)

@@ -132,7 +132,7 @@ def test_the_refined_test_is_the_best_of_all(planar_fit: Path) -> None:
 
 @pytest.fixture(scope="module")
 def careful(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The shipped arm, fitted with errors of what was told."""
+    """The shipped arm, fitted with nuisance parameters."""
     folder = tmp_path_factory.mktemp("careful")
     text = ARM.read_text().replace("../data/", f"{ARM.parents[1] / 'data'}/")
     (folder / "arm.yaml").write_text(
@@ -156,7 +156,7 @@ def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
     by_noise, as_told = _by_noise(careful), own_test(replace(known, settings=None), careful)
     assert own_test(known, careful) == pytest.approx(by_noise, rel=0.15)
     assert np.all(by_noise < 1.001 * found), "no plan knows what forces will disagree by"
-    assert np.all(as_told < 0.8 * found), "as if all were as told"
+    assert np.all(as_told < 0.8 * found), "as if all were as stated"
     quiet = TestNoise(known.noise.floor)
     assert np.all(own_test(replace(known, settings=None, noise=quiet), careful) < 0.7 * as_told), (
         "without the force's noise and the window"
@@ -166,7 +166,7 @@ def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
 def test_a_plan_counts_what_was_told(careful: Path, tmp_path: Path) -> None:
     size = PlanOptions(postures=1, impacts=1, sensors=1, among=1)
     found, _ = run_plan(careful, size, tmp_path / "p.h5")
-    assert any("stated errors of what was told" in note for note in found.notes)
+    assert any("stated nuisance parameters" in note for note in found.notes)
     assert np.all(found.promised.promised < found.promised.now)
 
 

@@ -1,4 +1,4 @@
-"""Deflections made up for the reports' tests."""
+"""Deflections compensated for the reports' tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A motion that excites, made up for the reports' tests."""
+"""A motion that excites, compensated for the reports' tests."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An explained motion made up for the reports' tests: friction found in the torques of two joints."""
+"""An explained motion compensated for the reports' tests: friction found in the torques of two joints."""
 
 from __future__ import annotations
 

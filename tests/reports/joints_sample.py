@@ -1,4 +1,4 @@
-"""Joints identified from runs of their own, made up for the reports' tests: a stiffness and a friction
+"""Joints identified from runs of their own, compensated for the reports' tests: a stiffness and a friction
 curve.
 """
 

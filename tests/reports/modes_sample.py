@@ -1,4 +1,4 @@
-"""A modal analysis made up for the reports' tests: two measurements, one without geometry, from the same
+"""A modal analysis compensated for the reports' tests: two measurements, one without geometry, from the same
 closed forms as `sample`.
 """
 

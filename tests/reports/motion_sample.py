@@ -1,5 +1,5 @@
-"""A fitted motion made up for the reports' tests: one record with a recorded torque and position, and one of
-validation.
+"""A fitted motion compensated for the reports' tests: one record with a recorded torque and position, and one
+of validation.
 """
 
 from __future__ import annotations

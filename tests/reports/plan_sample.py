@@ -1,4 +1,4 @@
-"""A planned test made up for the reports' tests."""
+"""A planned test compensated for the reports' tests."""
 
 from __future__ import annotations
 

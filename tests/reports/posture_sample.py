@@ -1,5 +1,5 @@
-"""Results over many postures made up for the reports' tests: a batch of fits, one of which failed, and a map
-of a model.
+"""Results over many postures compensated for the reports' tests: a batch of fits, one of which failed, and a
+map of a model.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Results made up for the reports' tests: plausible numbers from closed forms, with everything awkward that a
-result may hold.
+"""Results compensated for the reports' tests: plausible numbers from closed forms, with everything awkward
+that a result may hold.
 
 The FRFs are those of three modes with made-up shapes at points of a bent arm; nothing is computed by the
 package.

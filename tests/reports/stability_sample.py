@@ -1,4 +1,4 @@
-"""Depth limits made up for the reports' tests."""
+"""Depth limits compensated for the reports' tests."""
 
 from __future__ import annotations
 

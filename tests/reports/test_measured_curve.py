@@ -17,6 +17,7 @@ def _curve(peak_n: float, value: complex, std: float) -> CurveTable:
     noise = std * (rng.normal(size=(50, 2)) @ np.array([1.0, 1j]))
     return CurveTable(
         place=f"something beside the spring of joint2.rz, impacts of {peak_n:.0f} N",
+        site="something beside the spring of joint2.rz",
         effect="",
         unit="N m/rad",
         gap=1.0,
@@ -60,6 +61,4 @@ def test_nothing_is_said_of_what_noise_may_do() -> None:
 def test_it_is_said_that_errors_of_what_was_told_are_held() -> None:
     curve = _curve(60, 1e6, 1e5)
     assert "held" not in sentences(curve)
-    assert "Errors of what was told are held as they were fitted" in sentences(
-        replace(curve, errors_held=True)
-    )
+    assert "Nuisance parameters are held as they were fitted" in sentences(replace(curve, errors_held=True))

@@ -14,7 +14,7 @@ import pytest
 from identify.core.errors import InputError
 from identify.robot.description import Joint, Link, Robot
 from identify.robot.engine import Engine, _compiled, compile_mechanism
-from identify.robot.posture import AXES, at_posture, attach
+from identify.robot.posture import AXES, at_posture
 from identify.robot.urdf import read_urdf
 from tests.robot.random_arm import general_arm, random_posture, write
 
@@ -125,17 +125,6 @@ def test_a_base_without_inertia_is_the_ground() -> None:
     assert fixed.position("base", np.ones(3)) == pytest.approx(np.ones(3))
     with pytest.raises(InputError, match=r"'base\.rx' moves the base, which has no inertia"):
         fixed.mechanism.coordinate("base.rx", "effects[1]")
-
-
-def test_a_body_can_be_attached_to_a_ground_base() -> None:
-    mechanism = attach(
-        at_posture(pendulum(0.0)[0], np.zeros(1)),
-        "hose",
-        "base",
-        np.eye(4),
-        Link("hose", 1.5, np.zeros(3), np.eye(3)),
-    )
-    assert Engine(mechanism).mass_matrix()[6:9, 6:9] == pytest.approx(1.5 * np.eye(3))
 
 
 def test_unknown_coordinate_and_bad_postures_are_refused() -> None:

@@ -16,10 +16,10 @@ from typer.testing import CliRunner
 
 from identify.cli import app
 from identify.core.arrays import Array
-from identify.measured.delimited import write_frf
 from identify.measured.finding import STUDY, Checked
 from identify.measured.loaders import FrfFileOptions, load_frf_set
 from identify.vibration.check import run_checks
+from tests.frf_files import write_csv
 
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "configs" / "arm_hammer_test.yaml"
@@ -80,7 +80,7 @@ def same_data_in_another_file(data: dict[str, Any], folder: Path) -> None:
     options = FrfFileOptions(window_decay_per_s=first["window_decay_per_s"], averages=first["averages"])
     few = load_frf_set(Path(first["file"]), options).pairs([3, 4, 7], [1])
     rounded = four_digits(few.frf.real) + 1j * four_digits(few.frf.imag)
-    write_frf(folder / "copy.csv", replace(few, frf=rounded))
+    write_csv(folder / "copy.csv", replace(few, frf=rounded))
     again = {**first, "name": "held_out", "file": str(folder / "copy.csv"), "use": "validate"}
     data["measurements"].append(again)
 

@@ -37,4 +37,4 @@ def test_the_soft_direction_and_its_interval(angle: float) -> None:
 
 def test_a_direction_that_is_open_is_not_told() -> None:
     said = _sentence("base.tx_ty.stiffness", "N/m", np.array([500.0, 500.1, 0.0]), 20 * np.eye(3))
-    assert said.startswith("base gives way most along a direction across its z axis that the data do not")
+    assert said.startswith("base is most compliant along a direction across its z axis that the data do not")

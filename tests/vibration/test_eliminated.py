@@ -1,4 +1,4 @@
-"""Optimizers without gradients under stated uncertainty: errors of what was told are eliminated from the cost
+"""Optimizers without gradients under stated uncertainty: nuisance parameters are eliminated from the cost
 that they search.
 """
 
@@ -28,7 +28,7 @@ NELDER_MEAD = "optimizer: {kind: nelder-mead, evaluations: 400, tolerance: 1.0e-
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """Three stiffnesses of an arm that is not as told, by one posture and six channels."""
+    """Three stiffnesses of an arm that is not as stated, by one posture and six channels."""
     folder, arm = tmp_path_factory.mktemp("eliminated"), MAKES["random"](3)
     spec = TestSpec(arm=arm.at_points([6, 14]), seed=3, postures=1, oversampling=8, band_hz=(2.5, 40.0))
     generate(soil(spec, CAREFUL), folder / "case")

@@ -156,7 +156,7 @@ def test_errors_move_the_optimum_of_a_cost_as_a_fit_finds(
 
 
 def _without(problem: Problem) -> Problem:
-    """The same where all is as told."""
+    """The same where all is as stated."""
     study = problem.file.study.model_copy(update={"uncertainty": None})
     bare = load_problem(problem.file.model_copy(update={"study": study}))
     return replace(bare, parameters=problem.parameters[: problem.size])

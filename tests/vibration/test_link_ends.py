@@ -67,7 +67,7 @@ def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(tmp_path:
 
 @pytest.mark.parametrize("stated", ["uncertainty: {links: {mass: 0.02}}\n", "uncertainty: careful\n"])
 def test_a_study_says_how_much(tmp_path: Path, stated: str) -> None:
-    """What is stated of something else alone leaves links exactly as told."""
+    """What is stated of something else alone leaves links exactly as stated."""
     problem = _problem(tmp_path, stated)
     plain, wider, _ = _both(problem)
     more = wider.high > plain.high * (1 + 1e-9)

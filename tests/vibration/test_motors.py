@@ -16,7 +16,6 @@ from identify.core.errors import InputError, InputErrors
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
 from identify.measured.channel import Channel
-from identify.measured.delimited import write_frf
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.uff.shapes import read_shapes
@@ -29,6 +28,7 @@ from identify.vibration.misfit import misfit
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
+from tests.frf_files import write_csv
 from tests.generator import motor_log
 from tests.shared import shared
 
@@ -64,7 +64,7 @@ def _file(
     noise = share / np.sqrt(2) * np.abs(frf)
     noisy = frf + noise * (rng.normal(size=frf.shape) + 1j * rng.normal(size=frf.shape))
     coherence = np.full(frf.shape, 1 / (1 + 15 * share**2))
-    write_frf(path, FrfSet(HZ, noisy, tuple(outputs), tuple(inputs), "mobility", coherence, averages=16))
+    write_csv(path, FrfSet(HZ, noisy, tuple(outputs), tuple(inputs), "mobility", coherence, averages=16))
 
 
 ROTORS = {

@@ -19,7 +19,7 @@ from identify.vibration.nuisances.nuisance import list_nuisances
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.provenance import description_of
 from identify.vibration.starter import write_starter
-from identify.vibration.starter_robot import Told, new_robot
+from identify.vibration.starter_robot import RobotOptions, new_robot
 from identify.vibration.study import read_study
 from tests.robot.test_mesh_body import arm, inertial
 
@@ -29,7 +29,7 @@ ROOT = Path(__file__).parents[2]
 def test_a_robot_of_meshes_gets_bodies_and_says_how_sure_they_are(tmp_path: Path) -> None:
     (tmp_path / "source").mkdir()
     arm(tmp_path / "source")
-    told = Told(wanted=Wanted(7.2))
+    told = RobotOptions(wanted=Wanted(7.2))
     done = write_starter(tmp_path / "source/arm.urdf", [], tmp_path / "config.yaml", None, None, told)
     config = yaml.safe_load((tmp_path / "config.yaml").read_text())
     assert config["uncertainty"] == "meshes"
@@ -44,12 +44,12 @@ def test_a_robot_of_meshes_gets_bodies_and_says_how_sure_they_are(tmp_path: Path
 def test_without_a_mass_it_is_asked_for(tmp_path: Path) -> None:
     arm(tmp_path)
     with pytest.raises(InputError, match=r"no mass or inertia of one and two; .* `--mass-kg`"):
-        new_robot(tmp_path / "arm.urdf", tmp_path, Told())
+        new_robot(tmp_path / "arm.urdf", tmp_path, RobotOptions())
 
 
 def test_what_the_file_knows_is_as_sure_as_usual(tmp_path: Path) -> None:
     arm(tmp_path, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.0)})
-    new = new_robot(tmp_path / "arm.urdf", tmp_path, Told())
+    new = new_robot(tmp_path / "arm.urdf", tmp_path, RobotOptions())
     stated = UncertaintySettings.model_validate(yaml.safe_load(new.uncertainty.replace(":", ": ")))
     made = made_of_mesh(new.robot, new.robot.link("two"))
     assert stated.of_link("two", "inertia", made) == pytest.approx(made["inertia"], rel=0.05)
@@ -58,7 +58,7 @@ def test_what_the_file_knows_is_as_sure_as_usual(tmp_path: Path) -> None:
 
 def test_a_plain_robot_is_read_where_it_is(tmp_path: Path) -> None:
     arm(tmp_path, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
-    new = new_robot(tmp_path / "arm.urdf", tmp_path, Told(Choice("two", {}), wanted=Wanted(20.0)))
+    new = new_robot(tmp_path / "arm.urdf", tmp_path, RobotOptions(Choice("two", {}), wanted=Wanted(20.0)))
     assert (new.file, new.uncertainty) == (tmp_path / "arm.urdf", "")
     assert new.keys == ', tip: "two", mass_kg: 20.0'
     assert any("the data sheet says 20 kg" in said for said in new.said)
@@ -104,7 +104,7 @@ def test_a_study_may_name_a_xacro_and_its_result_holds_what_it_stood_for(tmp_pat
 def test_what_is_told_of_bodies_that_are_not_made_is_refused(tmp_path: Path, wanted: Wanted) -> None:
     arm(tmp_path, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
     with pytest.raises(InputError, match="no body is made of a mesh"):
-        new_robot(tmp_path / "arm.urdf", tmp_path, Told(wanted=wanted))
+        new_robot(tmp_path / "arm.urdf", tmp_path, RobotOptions(wanted=wanted))
 
 
 def test_a_posture_has_an_angle_for_each_joint(tmp_path: Path) -> None:
@@ -119,10 +119,10 @@ def test_the_command_for_points_can_be_typed_as_it_is_said(tmp_path: Path) -> No
     folder.mkdir()
     arm(folder, {"one": inertial(2.0, 0.01), "two": inertial(3.0, 0.02)})
     frfs = ROOT / "data/arm_hammer_test/posture1.uff"
-    told = Told(Choice("two", {"rail": 1.2}), {}, Wanted())
+    told = RobotOptions(Choice("two", {"rail": 1.2}), {}, Wanted())
     assert told.words() == ["--tip", "two", "--lock", "rail=1.2"]
     done = write_starter(
-        folder / "arm.urdf", [frfs], tmp_path / "c.yaml", None, None, Told(Choice("two", {}))
+        folder / "arm.urdf", [frfs], tmp_path / "c.yaml", None, None, RobotOptions(Choice("two", {}))
     )
     said = next(one for one in done.to_do if "identify points" in one)
     command = shlex.split(said.split("`")[1])

@@ -1,4 +1,4 @@
-"""Errors of what was told, fitted along: derivatives, bodies that can exist, settings, intervals."""
+"""Nuisance parameters, fitted along: derivatives, bodies that can exist, settings, intervals."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
 from identify.discovery.trial import likelihood, minimized
-from identify.fitting.optimizers.levenberg_marquardt import LevenbergMarquardt
+from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
 from identify.measured.finding import STUDY
@@ -52,7 +52,7 @@ _EVERYTHING = """uncertainty:
 
 
 def _tested(folder: Path, dirt: Dirt, seed: int, stated: str) -> tuple[Path, TestSpec]:
-    """A test of an arm that is not as told, its config, and what it really was."""
+    """A test of an arm that is not as stated, its config, and what it really was."""
     arm = MAKES["random"](seed)
     spec = TestSpec(
         arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=seed, postures=2, binary=True, oversampling=4
@@ -196,7 +196,7 @@ def test_information_is_the_same_in_however_many_threads(
 def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
     careful: tuple[Path, TestSpec], apart: float
 ) -> None:
-    """As if joint 2 were softer for some forces than for others, which no error of what was told explains."""
+    """As if joint 2 were softer for some forces than for others, which no nuisance parameter explains."""
     problem, rng, struck = load_problem(read_study(careful[0])), np.random.default_rng(4), []
     name, truth = "joint2.rz.stiffness", problem.initial
     stiffness = [p.name for p in problem.parameters].index(name)
@@ -212,7 +212,7 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         h += target.noise * (rng.normal(size=h.shape) + 1j * rng.normal(size=h.shape))
         struck.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
     problem = replace(problem, measurements=tuple(struck))
-    optimizer = LevenbergMarquardt(steps=20, tolerance=1e-6)
+    optimizer = GaussNewton(evaluations=20, tolerance=1e-6)
     values, _ = minimized(problem, truth, optimizer, likelihood(problem))
     scale = Scale(problem.parameters)
     found, plain = (
@@ -303,7 +303,7 @@ def test_a_check_says_which_statement_matters_most(careful: tuple[Path, TestSpec
 
 @pytest.fixture(scope="module")
 def fits(careful: tuple[Path, TestSpec]) -> tuple[FitResult, FitResult]:
-    """With what was told said to be uncertain, and without."""
+    """With what was stated said to be uncertain, and without."""
     path, _ = careful
     with_it, _ = run_fit(path, path.with_name("with.h5"), {"starts": 1})
     without = path.with_name("without.yaml")

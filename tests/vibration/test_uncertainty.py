@@ -171,8 +171,8 @@ FORCES, NUMBERS, ERRORS = 4, 30, 24
 
 
 def _widened(seed: int, shared: float, correlated: float = 1.0) -> np.ndarray:
-    """By how much the two parameters of a linear problem of four forces are widened, beside many errors of
-    what was told: each force has an error of its own in common, residuals vary by so much more than as if
+    """By how much the two parameters of a linear problem of four forces are widened, beside many nuisance
+    parameters: each force has an error of its own in common, residuals vary by so much more than as if
     they were independent.
     """
     rng = np.random.default_rng(seed)

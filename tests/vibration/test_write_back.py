@@ -175,7 +175,7 @@ def test_a_payload_stays_in_the_study_and_out_of_the_robot(
 ) -> None:
     payload = ", payload: [{link: link6, mass_kg: 2.5, centre_m: [0.0, 0.1, 0.2]}]"
     found = _found(folder, fits[0], payload)
-    assert found.told.link("link6").mass > 2.5
+    assert found.nominal.link("link6").mass > 2.5
     text = folder / "unloaded.urdf"
     text.write_text(found.robot_text(folder))
     settings = found.file.study.robot.model_copy(update={"urdf": text})

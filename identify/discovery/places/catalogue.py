@@ -32,7 +32,7 @@ def places_of(problem: Problem, candidates: Sequence[Effect] = ()) -> list[Place
     return list(dict.fromkeys([*found, *own]))
 
 
-def leaning(place: Place, problem: Problem) -> Place:
+def with_misalignment(place: Place, problem: Problem) -> Place:
     """A constraint of a single coordinate, about or along an axis of its own direction; others as they are.
 
     Only towards what is locked: what is free moves along with it anyway.

@@ -18,7 +18,7 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
 from identify.discovery.places.normal import Normal, normal_equations
-from identify.discovery.places.predict import StructuralModel, Unknown, leanings
+from identify.discovery.places.predict import StructuralModel, Unknown, misalignments
 from identify.discovery.places.semiparametric import SemiParametricFit
 from identify.discovery.places.update import a_of, pairs_of, stiffness_of, symmetric, triangle
 from identify.discovery.places.weighted import WeightedFit, force_noise, weighted_fit
@@ -44,14 +44,14 @@ class Curve:
 class MeasuredCurve:
     """pooled: of all fitted sets; postures: of each set alone, then of sets that were not fitted; agreement:
     RMS difference of each from the pooled one, over its standard deviation; entries: which coordinates each
-    column is of; lean (towards, 2): how far its axis leans, with the standard deviation.
+    column is of; misalignment (towards, 2): how far its axis is misaligned, with the standard deviation.
     """
 
     entries: tuple[str, ...]
     pooled: Curve
     postures: tuple[Curve, ...]
     agreement: Array
-    lean: Array
+    misalignment: Array
 
 
 def measured_curve(
@@ -70,19 +70,22 @@ def measured_curve(
             curves.append(curve)
             agreement.append(rms)
     return MeasuredCurve(
-        _entries(model), pooled, tuple(curves), np.array(agreement), lean_of(model, end, scale)
+        _entries(model), pooled, tuple(curves), np.array(agreement), misalignment_of(model, end, scale)
     )
 
 
-def lean_of(model: StructuralModel, end: WeightedFit, scale: Scale) -> Array:
-    """(towards, 2): how far the axis of a place leans, and the standard deviation of that."""
-    last, std = len(leanings(model.place)), np.sqrt(np.diag(end.known)) * scale.slope(scale.to_x(end.values))
+def misalignment_of(model: StructuralModel, end: WeightedFit, scale: Scale) -> Array:
+    """(towards, 2): how far the axis of a place is misaligned, and the standard deviation of that."""
+    last, slope = len(misalignments(model.place)), scale.slope(scale.to_x(end.values))
+    std = np.sqrt(np.diag(end.known)) * slope
     return np.column_stack([end.values[len(end.values) - last :], std[len(std) - last :]])
 
 
-def seen(lean: Array) -> NDArray[np.bool_]:
-    """(towards,): where an axis leans by more than its own 95 % interval, of a lean (towards, 2)."""
-    return np.asarray(np.abs(lean[:, 0]) > SIGMAS_95 * lean[:, 1])
+def seen(misalignment: Array) -> NDArray[np.bool_]:
+    """(towards,): where an axis is misaligned by more than its own 95 % interval, of misalignments (towards,
+    2).
+    """
+    return np.asarray(np.abs(misalignment[:, 0]) > SIGMAS_95 * misalignment[:, 1])
 
 
 def _entries(model: StructuralModel) -> tuple[str, ...]:

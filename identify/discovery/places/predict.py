@@ -32,7 +32,7 @@ from identify.model.system import System
 _RIDGE = 1e-12
 """Keeps apart powers of s that the lines do not tell apart."""
 _LEAN = 1.0
-"""How far an axis may lean towards another coordinate, which is then as near."""
+"""How far an axis may be turned towards another coordinate, which is then as near."""
 
 
 @dataclass(frozen=True)
@@ -110,8 +110,8 @@ def model_of(place: Place, views: Sequence[View]) -> PlaceModel:
     return StructuralModel(place, views)
 
 
-def leanings(place: Place) -> tuple[Parameter, ...]:
-    """How far the axis of a place leans towards others: their values follow those of the problem's
+def misalignments(place: Place) -> tuple[Parameter, ...]:
+    """How far the axis of a place is misaligned towards others: their values follow those of the problem's
     parameters.
     """
     if not isinstance(place, Release):
@@ -224,7 +224,7 @@ class _Part:
         if view.target.plain:
             self._compressed = view.compressed(np.concatenate([view.known, extra]))
             self.out = np.eye(len(self.force))
-        self._size, self._leaning = size, len(leanings(place))
+        self._size, self._misaligned = size, len(misalignments(place))
         self._last: tuple[bytes, Base] | None = None
 
     def s_at(self, values: Array) -> Complex:
@@ -233,23 +233,23 @@ class _Part:
 
     def _own(self, values: Array) -> Array:
         """Those of the problem's parameters."""
-        return values[: len(values) - self._leaning]
+        return values[: len(values) - self._misaligned]
 
     def _axis(self, values: Array) -> Array:
         """(d + towards, d): what moves with a unit of each coordinate of the place."""
-        lean = values[len(values) - self._leaning :]
-        return np.concatenate([np.eye(self._size), np.outer(lean, np.ones(self._size))])
+        misalignment = values[len(values) - self._misaligned :]
+        return np.concatenate([np.eye(self._size), np.outer(misalignment, np.ones(self._size))])
 
     def base(self, values: Array) -> Base:
         """The model as it is, at its lines."""
         whole = self._whole(self._own(values))
-        if not self._leaning:
+        if not self._misaligned:
             return whole
         axis = self._axis(values)
         return replace(whole, columns=whole.columns @ axis, zeta=axis.T @ whole.zeta @ axis)
 
     def _whole(self, values: Array) -> Base:
-        """With what the axis leans towards as columns of its own."""
+        """With what the axis is turned towards as columns of its own."""
         key = values.tobytes()
         if self._last is None or self._last[0] != key:
             self._last = key, self._base(values)
@@ -266,10 +266,10 @@ class _Part:
         s, own = self.s_at(values), self._own(values)
         new, scale = updated(self.base(values), a, reference), (s**self.view.power)[:, None, None]
         gradient = _gradient(self.system, scale * new.moved, new.to_out, s, free[free < len(own)])
-        leaning = free[free >= len(own)] - len(own)
-        if leaning.size:
-            lean = scale[..., None] * self._by_lean(a, reference, values)[..., leaning]
-            gradient = np.concatenate([gradient, lean], axis=3)
+        askew = free[free >= len(own)] - len(own)
+        if askew.size:
+            slopes = scale[..., None] * self._by_misalignment(a, reference, values)[..., askew]
+            gradient = np.concatenate([gradient, slopes], axis=3)
         h = scale * (self.out @ new.moved) + rest
         if self._compressed is None:
             return compared(self.view, own, h, scale[..., None] * new.slopes, gradient)
@@ -280,8 +280,8 @@ class _Part:
         slopes = turned[..., 1 : 1 + unknowns]
         return Predicted(turned[..., 0] - wanted, slopes, turned[..., 1 + unknowns :], turned[..., 0], True)
 
-    def _by_lean(self, a: Complex, reference: Complex, values: Array) -> Complex:
-        """(lines, outputs, inputs, towards): derivatives of S X B by how far the axis leans: its own
+    def _by_misalignment(self, a: Complex, reference: Complex, values: Array) -> Complex:
+        """(lines, outputs, inputs, towards): derivatives of S X B by how far the axis is misaligned: its own
         motion and what the model opposes change.
         """
         whole, axis, first = self._whole(self._own(values)), self._axis(values), self._size

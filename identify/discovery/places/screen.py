@@ -13,7 +13,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.discovery.places.predict import PlaceModel, ReadingModel, Unknown, leanings, model_of
+from identify.discovery.places.predict import PlaceModel, ReadingModel, Unknown, misalignments, model_of
 from identify.discovery.places.semiparametric import SemiParametricFit, fit_place
 from identify.discovery.places.views import views_of
 from identify.model.effects.place import Column, Place, Rows
@@ -85,8 +85,8 @@ class PlaceFitter:
         return fit_place(model, self.scale(job.place), job.values, steps, job.unknown)
 
     def scale(self, place: Place) -> Scale:
-        """Of the parameters, then of how far the axis of a place leans."""
-        return Scale((*self.problem.of_effects, *leanings(place)))
+        """Of the parameters, then of how far the axis of a place is misaligned."""
+        return Scale((*self.problem.of_effects, *misalignments(place)))
 
 
 def screen_places(places: Sequence[Place], fitter: Fitter, values: Array) -> list[PlaceFit]:

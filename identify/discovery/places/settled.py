@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.discovery.places.catalogue import leaning
+from identify.discovery.places.catalogue import with_misalignment
 from identify.discovery.places.effect_law import law_of
 from identify.discovery.places.predict import StructuralModel, Unknown
 from identify.discovery.places.screen import Job, PlaceFitter
@@ -26,7 +26,8 @@ _STEPS = 10
 
 @dataclass(frozen=True)
 class Settled:
-    """The place in the fitted sets and how it ended; scale: of the parameters and of how far its axis leans;
+    """The place in the fitted sets and how it ended; scale: of the parameters and of how far its axis is
+    misaligned;
     law (l, d, d): what the effect says that it began with, None without one.
     """
 
@@ -42,7 +43,7 @@ def settled(
     """From what an effect says with values by name, or from nothing; problem is without that effect, and may
     be without the place.
     """
-    fitter, place = PlaceFitter(problem), leaning(place, problem)
+    fitter, place = PlaceFitter(problem), with_misalignment(place, problem)
     model, scale, law = fitter.model(place), fitter.scale(place), None
     if model is None:
         return None

@@ -200,7 +200,7 @@ def _observed(
     problem: Problem, m: Measurement, target: FrfTarget, system: System
 ) -> tuple[FrfTarget, System, Array, Array]:
     """A set's target, the system over more coordinates, its outputs (channels, n) and forces (n, inputs),
-    with errors of what was told as they are in the problem.
+    with nuisance parameters as they are in the problem.
     """
     channels, inputs = needed_channels(target.data, system, problem.points), target.data.inputs
     errors = problem.initial[problem.size :]
@@ -212,7 +212,7 @@ def _observed(
 
 
 def _held(target: FrfTarget, errors: Array) -> FrfTarget:
-    """A target with no errors of what was told, as they are in it; late responses are made early."""
+    """A target with no nuisance parameters, as they are in it; late responses are made early."""
     there, delay = target.realised(errors)
     early = np.exp(delay * there.data.s)[:, None, None]
     return replace(there, data=replace(there.data, frf=there.data.frf * early))

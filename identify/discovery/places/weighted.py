@@ -144,8 +144,8 @@ def _squares(forces: Sequence[ForceResponses]) -> float:
 
 
 def _of_parameters(forces: Sequence[ForceResponses], normal: Normal) -> Array:
-    """(p, p): covariance of the known parameters.  What the unknowns make up for entirely, as they do for the
-    spring beside which they act, is held.
+    """(p, p): covariance of the known parameters.  What the unknowns compensate for entirely, as they do for
+    the spring beside which they act, is held.
     """
     through = -normal.inverse @ normal.coupling
     variance, count = np.zeros_like(normal.information), 0

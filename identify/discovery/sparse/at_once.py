@@ -8,13 +8,13 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import listed
+from identify.discovery.decimated import decimated, without_amplitude
 from identify.discovery.evidence import closed
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.search import explain
 from identify.discovery.state import Added, State
 from identify.discovery.task import FEW_STEPS, Task
-from identify.discovery.thinned import thinned, without_amplitude
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect, parse_effect
@@ -36,7 +36,7 @@ class _Told:
 
 def at_once(workers: Workers, state: State, story: Story) -> State:
     """With what a dense model names beside the state, refitted; the state itself where nothing is open, and
-    no error of what was told is beyond belief, or where nothing has evidence.
+    no nuisance parameter is beyond belief, or where nothing has evidence.
     """
     if closed(state.model) and believable(state.problem, state.model.values):
         return state
@@ -62,7 +62,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
 def _explained(state: State, story: Story) -> list[Any]:
     """What the dense fits say, as JSON has it."""
     study = state.problem
-    thin = without_amplitude(thinned(study), state.effects, state.model.values)
+    thin = without_amplitude(decimated(study), state.effects, state.model.values)
     unseen = partial(_unseen, study, state) if study.validated else None
     found = explain(_from_the_study(thin, study), story, unseen)
     named = [
@@ -89,7 +89,7 @@ def _unseen(
 
 
 def _from_the_study(problem: Problem, study: Problem) -> Problem:
-    """The problem from the study's own values: the present model's have made up for what is missing."""
+    """The problem from the study's own values: the present model's have compensated for what is missing."""
     told = {p.name: p.initial for p in study.parameters}
     return with_effects(problem, problem.file.study.effects, told)
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.bounded import bounded_step
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Parameter
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
-from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import bodies, relaxations
 from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised

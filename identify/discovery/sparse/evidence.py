@@ -35,7 +35,7 @@ PAYS = 3
 
 
 def believable(problem: Problem, values: Mapping[str, float]) -> bool:
-    """Whether no error of what was told, in its standard deviations, is so far out that parameters of its own
+    """Whether no nuisance parameter, in its standard deviations, is so far out that parameters of its own
     would be likelier; the forms of links, which nobody states, may be.
     """
     errors = [abs(values[one.name]) for one in problem.nuisances.entries if one.group != "form"]

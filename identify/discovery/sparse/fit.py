@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.discovery.decimated import below
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.evidence import price
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
-from identify.discovery.thinned import below
 from identify.model.effects.base import Effect
 from identify.model.effects.coupling import soft_axes
 from identify.model.effects.sensor_matrix import SensorMatrix
@@ -57,7 +57,7 @@ class Found:
 
     @property
     def log_evidence(self) -> float:
-        """Logarithm of the marginal likelihood but for a constant: errors of what was told integrated out
+        """Logarithm of the marginal likelihood but for a constant: nuisance parameters integrated out
         (Laplace), half ln N for each of the other unknowns.
         """
         error = self.unknowns.nuisances

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Mask
-from identify.discovery.sparse.bounded import bounded_step
+from identify.core.bounded import bounded_step
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.information import by_lines, each_set, rows_of

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Array, Mask
+from identify.core.bounded import bounded_step
 from identify.discovery.evidence import CLOSED
 from identify.discovery.sparse import names
-from identify.discovery.sparse.bounded import bounded_step
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
@@ -226,7 +226,7 @@ def _tried(found: Found, trials: Sequence[Trial], each_costs: float, shares: dic
     """The fit gone on with each trial, the most promising after a few steps to their end; shares: of what
     was foreseen, what trials gained, which is known better than the first order of what they would gain now.
 
-    Stated errors that are beyond belief make up for what is missing: trials begin as stated.
+    Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
     """
     stated = {} if believable(found.problem, found.values) else _as_stated(found.problem)
     glanced = [(one, gone_on(found, one.effects, stated | dict(one.values), _GLANCED)) for one in trials]
@@ -248,7 +248,7 @@ def _as_stated(problem: Problem) -> dict[str, float]:
 
 def _ended(found: Found, fit: Found) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
-    errors have the form of a fault: others make up for shapes that are not there yet, and would keep them
+    errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
     """
     more = settled(fit)
@@ -402,7 +402,7 @@ def _in_parts(found: Found) -> Iterator[tuple[tuple[Effect, ...], dict[str, floa
 
 
 def _by_parts(found: Found, story: Story) -> Iterator[Found]:
-    """The fit with links by parts where one bends beside other units, which may make up for its form."""
+    """The fit with links by parts where one bends beside other units, which may compensate for its form."""
     seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
     if len(seen) > len(_bent(found)) and not story.late:
         yield from (gone_on(found, *parts) for parts in _in_parts(found))

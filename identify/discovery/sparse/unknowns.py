@@ -81,12 +81,12 @@ class Unknowns:
 
     @cached_property
     def nuisances(self) -> Mask:
-        """Errors of what was told, in their standard deviations."""
+        """Nuisance parameters, in their standard deviations."""
         return np.array([self.problem.parameters[n].nuisance for n in self.free], dtype=bool)
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:
-        """Lower and upper bounds, on the search scale; errors of what was told have none."""
+        """Lower and upper bounds, on the search scale; nuisance parameters have none."""
         own = [self.problem.parameters[n] for n in self.free]
         lower, upper = (np.array([getattr(p, side) for p in own]) for side in ("lower", "upper"))
         with np.errstate(all="ignore"):
@@ -128,8 +128,8 @@ class Unknowns:
 
     @cached_property
     def reference(self) -> Array:
-        """(f,) on the search scale: where priors are centred; zero for compliances and errors of what was
-        told.
+        """(f,) on the search scale: where priors are centred; zero for compliances and nuisance parameters
+        .
         """
         return np.where(self.springs | self.nuisances, 0.0, self.to_x(self.problem.initial))
 

@@ -33,11 +33,11 @@ OPTIMIZERS = Registry(
         "gauss-newton": "identify.fitting.optimizers.gauss_newton:GaussNewton",
         "genetic-algorithm": "identify.fitting.optimizers.genetic_algorithm:GeneticAlgorithm",
         "hybrid": "identify.fitting.optimizers.hybrid:Hybrid",
-        "levenberg-marquardt": "identify.fitting.optimizers.levenberg_marquardt:LevenbergMarquardt",
         "nelder-mead": "identify.fitting.optimizers.nelder_mead:NelderMead",
         "particle-swarm": "identify.fitting.optimizers.particle_swarm:ParticleSwarm",
     },
     "identify.fitting.optimizers.base:Optimizer",
+    {"levenberg-marquardt": "gauss-newton"},
 )
 _ASIDE = 0.1
 """How far along a step residuals are looked at to tell how they bend."""

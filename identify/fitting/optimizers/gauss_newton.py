@@ -7,7 +7,7 @@ evaluations for what takes 10 to 20 here.
 
 Where the objective tells how residuals bend along a step, the step is also tried with what follows that bend
 (geodesic acceleration, Transtrum and Sethna, arXiv:1201.5885): in the narrow, bent valleys of errors
-that make up for each other it takes a third as many steps.
+that compensate for each other it takes a third as many steps.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
+from identify.core.bounded import bounded_step
 from identify.fitting.optimizers.base import Optimizer, Outcome, Search
 
 _FARTHEST = 1.0
@@ -26,8 +27,6 @@ are nowhere near what their derivatives say.
 """
 _FIRST, _LEAST, _MOST = 1e-2, 1e-12, 1e12
 """Damping over the curvature along each unknown."""
-_SETS = 20
-"""Sets of bounds that are tried for a step."""
 
 
 class GaussNewton(Optimizer):
@@ -62,13 +61,10 @@ class GaussNewton(Optimizer):
             scale = _steepest(search, scale, curvature)
             damped = curvature + damping * np.diag(np.where(scale > 0, scale, 1.0) ** 2)
             lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
-            step = _within(damped, slope, lower, upper)
+            step = bounded_step(damped, -slope, lower, upper)
             foreseen = -float(step @ (2 * slope + curvature @ step)) / product[-1, -1]
             if np.linalg.norm(step) <= self.tolerance * np.linalg.norm(x):
                 break
-            if foreseen <= 0:  # no set of bounds was the right one
-                damping, growth = damping * growth, 2 * growth
-                continue
             step, costs = _followed(search, x, step, damped, (lower, upper))
             fall = 1 - (costs / cost) ** 2
             if max(fall, foreseen) < self.tolerance:
@@ -96,28 +92,7 @@ def _followed(
     bend, steps = search.bend(x, step), step[None]
     if bend is not None:
         lower, upper = (bound - step for bound in bounds)
-        steps = np.array([step, step + _within(damped, bend / 2, lower, upper)])
+        steps = np.array([step, step + bounded_step(damped, -bend / 2, lower, upper)])
     costs = search.costs(x + steps)
     best = int(np.argmin(costs))
     return steps[best], float(costs[best])
-
-
-def _within(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:
-    """The step (n,) that minimises slope' s + s' curvature s / 2 between bounds (n,) around zero, by the
-    primal-dual active set of Hintermüller, Ito and Kunisch (SIAM J. Optim. 13 (2003) 865-888).
-    """
-    step, size = np.zeros(len(slope)), np.sqrt(np.diag(curvature))
-    low, high = np.zeros((2, len(slope)), dtype=bool)
-    for _ in range(_SETS):
-        free = ~(low | high)
-        step[low], step[high] = lower[low], upper[high]
-        pull = slope[free] + curvature[np.ix_(free, ~free)] @ step[~free]
-        scaled = curvature[np.ix_(free, free)] / np.outer(size[free], size[free])
-        step[free] = -np.linalg.solve(scaled, pull / size[free]) / size[free]
-        uphill = slope + curvature @ step
-        before = low, high
-        low = np.where(free, step < lower, low & (uphill > 0))
-        high = np.where(free, step > upper, high & (uphill < 0))
-        if np.array_equal(before, (low, high)):
-            break
-    return np.clip(step, lower, upper)

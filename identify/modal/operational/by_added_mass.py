@@ -22,7 +22,7 @@ from identify.core.arrays import Array, Index
 from identify.core.text import count
 from identify.modal.mac import as_real
 from identify.modal.operational.analysis import OperationalModes
-from identify.modal.operational.masses import ModalMasses, Told
+from identify.modal.operational.masses import MassesByMode, ModalMasses
 from identify.modal.pairing import common_channels
 
 _AXES = 3
@@ -155,15 +155,15 @@ def by_added_mass(
     does = "does" if several == 1 else "do"
     few = f"{count(several, 'mode')} with the mass at {count(len(own), 'channel')} {does} not tell"
     few = f"{few} {modes} modal masses"
-    told = Told(modes, few)
+    by_mode = MassesByMode(modes, few)
     if not modes or modes > several * len(own):
-        return told.masses
+        return by_mode.masses
     above = 2 * np.pi * max(found.records.band_hz[1], float(np.max(found.frequency_hz)))
     equations = _Equations(_Modes.of(found, own, 1.0), _Modes.of(heavier, its, sign), mass, above)
     answer, hz = _agreeing(equations)
     for r in range(modes):
-        told.add(r, float(hz[answer.partner[r]]), float(answer.inverse[r]), float(answer.std[r]))
-    return told.masses
+        by_mode.add(r, float(hz[answer.partner[r]]), float(answer.inverse[r]), float(answer.std[r]))
+    return by_mode.masses
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.operational.analysis import OperationalModes
-from identify.modal.operational.masses import ModalMasses, Told
+from identify.modal.operational.masses import MassesByMode, ModalMasses
 from identify.modal.pairing import PairSettings, common_channels, pair
 
 _SAME = PairSettings(max_frequency_error=0.25, min_mac=0.7)
@@ -44,12 +44,12 @@ def by_frfs(found: OperationalModes, forced: ModalAnalysis) -> ModalMasses:
     pairs = _pairs(found, forced)
     alike = len(common_channels(found.table, forced.table)[0]) >= 2
     same = pair(found.table, forced.table, _SAME if alike else _BY_FREQUENCY)
-    told = Told(len(found.frequency_hz), "no mode of the FRFs is like it")
+    rows = MassesByMode(len(found.frequency_hz), "no mode of the FRFs is like it")
     if not len(pairs.sign):
-        return told.masses
+        return rows.masses
     for r, k in zip(same.a, same.b, strict=True):
-        _tell(told, (int(r), int(k)), found, forced, pairs)
-    return told.masses
+        _tell(rows, (int(r), int(k)), found, forced, pairs)
+    return rows.masses
 
 
 def _pairs(found: OperationalModes, forced: ModalAnalysis) -> _Pairs:
@@ -68,7 +68,7 @@ def _pairs(found: OperationalModes, forced: ModalAnalysis) -> _Pairs:
 
 
 def _tell(
-    told: Told, which: tuple[int, int], found: OperationalModes, forced: ModalAnalysis, pairs: _Pairs
+    rows: MassesByMode, which: tuple[int, int], found: OperationalModes, forced: ModalAnalysis, pairs: _Pairs
 ) -> None:
     """Least squares over all pairs for one mode (row of the records, row of the FRFs)."""
     (r, k), model = which, forced.model
@@ -80,17 +80,17 @@ def _tell(
     whole = complex(np.sum(product.conj() * own)) / max(size, np.finfo(float).tiny)
     if not abs(np.angle(whole)) < _TURNED:
         turn = f"{np.degrees(np.angle(whole)):.0f} degrees"
-        told.refuse(r, hz, f"the residue of the FRFs is turned by {turn} against it: signs, or another mode?")
+        rows.refuse(r, hz, f"the residue of the FRFs is turned by {turn} against it: signs, or another mode?")
         return
     weight = product.conj() / size * (abs(whole) / whole)
-    # A channel told too large by a part e makes its products larger by e, and their squares by 2 e.
+    # A channel too large by a part e makes its products larger by e, and their squares by 2 e.
     change = (weight * own).real - 2 * abs(whole) * np.abs(product) ** 2 / size
     each = np.zeros(len(psi))
     np.add.at(each, pairs.first, change)
     np.add.at(each, pairs.second, change)
     of_shape = each * psi_std / np.maximum(np.abs(psi), np.finfo(float).tiny)
     variance = np.sum(of_shape**2) + _noise(forced, k, pairs, weight * damped)
-    told.add(r, hz, abs(whole), float(np.sqrt(variance)))
+    rows.add(r, hz, abs(whole), float(np.sqrt(variance)))
 
 
 def _noise(forced: ModalAnalysis, k: int, pairs: _Pairs, weight: Complex) -> float:

@@ -1,4 +1,4 @@
-"""Modal masses of modes from responses alone, told by FRFs (`by_frfs`) or a mass (`by_added_mass`)."""
+"""Modal masses of modes from responses alone, from FRFs (`by_frfs`) or a mass (`by_added_mass`)."""
 
 from __future__ import annotations
 
@@ -10,13 +10,14 @@ from identify.core.arrays import Array, Texts
 from identify.core.thresholds import SIGMAS_95
 
 _TOLD = 0.25
-"""Relative standard deviation from which on a modal mass is not told."""
+"""Relative standard deviation from which on a modal mass is not given."""
 
 
 @dataclass(frozen=True)
 class ModalMasses:
-    """Of modes (m,): kg, of shapes whose largest component is 1, NaN where not told, with standard
-    deviations; partner_hz: frequency of the mode that told it, NaN without one; reason: why it is not told.
+    """Of modes (m,): kg, of shapes whose largest component is 1, NaN where not determined, with standard
+    deviations; partner_hz: frequency of the mode that determined it, NaN without one; reason: why it is not
+    determined.
 
     Of a complex shape it is the size of modal a over 2 omega_d, which does not depend on the shape's phase.
     """
@@ -27,7 +28,7 @@ class ModalMasses:
     reason: Texts
 
 
-class Told:
+class MassesByMode:
     """1 / m of modes, 1/kg, one by one."""
 
     def __init__(self, count: int, reason: str) -> None:

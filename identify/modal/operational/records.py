@@ -18,9 +18,9 @@ _RATE = 2.5
 _SLOW = 0.2, 0.8
 """Of the lowest frequency of the band: below the first all is taken out, above the second nothing."""
 _WIDEST = 100.0
-"""Highest over lowest frequency of a band that was not told."""
+"""Highest over lowest frequency of a band that was not stated."""
 _TOLD = 0.2
-"""Relative standard deviation of a damping ratio that counts as told."""
+"""Relative standard deviation of a damping ratio that counts as determined."""
 _POWER = {"displacement": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -59,15 +59,15 @@ def records_of(
     """The responses of a time history, with sentences on what was left out.
 
     band_hz: by default as much as the sample rate and the length allow; least_damping: the smallest damping
-    ratio that is to be told.  InputError for fewer than two responses, a response that does not move, a band
-    beyond the samples, and a record too short for that damping at the lowest frequency.
+    ratio that is to be estimated.  InputError for fewer than two responses, a response that does not move, a
+    band beyond the samples, and a record too short for that damping at the lowest frequency.
     """
     where, chosen = history.source or "records", history.responses
     if len(chosen) < 2:
         raise InputError(
             where,
             f"{len(chosen)} response record{'s' * (len(chosen) != 1)}",
-            "two or more, recorded at once: shapes are told by their ratios",
+            "two or more, recorded at once: shapes come from their ratios",
         )
     band, notes = _band(history, band_hz, least_damping)
     if history.forces:

@@ -14,7 +14,9 @@ class OperationalSettings(BaseModel):
         (), description="speeds of what turns, 1/min: their multiples are no modes"
     )
     teeth: int | None = Field(
-        None, ge=1, description="teeth of the cutter: multiples of the tooth-passing frequency are told too"
+        None,
+        ge=1,
+        description="teeth of the cutter: multiples of the tooth-passing frequency are marked, too",
     )
     least_damping: float = Field(
         0.01, gt=0, lt=1, description="the smallest damping ratio that the records must be long enough for"

@@ -2,7 +2,7 @@
 
 A tone has a steady amplitude where noise through a resonance has a varying one: the kurtosis of its complex
 amplitude is 1, that of noise 2 (Jacobsen, Andersen and Brincker, Using enhanced frequency domain
-decomposition as a robust technique to harmonic excitation, ISMA 2006).  Where speeds are told, their
+decomposition as a robust technique to harmonic excitation, ISMA 2006).  Where speeds are stated, their
 multiples need no such proof.
 """
 
@@ -22,19 +22,19 @@ _SEGMENTS = 16
 _AROUND = 41
 """Lines whose median is what is around a peak."""
 _STANDS_OUT, _TOLD_STANDS_OUT, _FOOT = 3.0, 2.0, 1.5
-"""Power over what is around of a peak, of one where a tone is told, and of the foot of a peak."""
+"""Power over what is around of a peak, of one where a tone is stated, and of the foot of a peak."""
 _STEADY = 1.5
 """Kurtosis of the complex amplitude below which it is a tone's: it is half a tone's power or more."""
 _FEWEST = 24
 """Independent amplitudes that a kurtosis takes."""
 _SLIP = 0.005
-"""How far from what was told a tone may be, relative."""
+"""How far from what was stated a tone may be, relative."""
 
 
 @dataclass(frozen=True)
 class Tone:
     """frequency_hz, of its peak; low_hz, high_hz: where it reaches; kurtosis of its complex amplitude; share
-    of the power in the band, of all channels of unit RMS; multiple of the speed that was told (None: found).
+    of the power in the band, of all channels of unit RMS; multiple of the stated speed (None: found).
     """
 
     frequency_hz: float
@@ -52,7 +52,7 @@ class Tone:
 
 
 def tones(records: Records, speeds_hz: Sequence[float]) -> list[Tone]:
-    """Tones in the band, by frequency: multiples of the speeds told, and peaks of steady amplitude."""
+    """Tones in the band, by frequency: multiples of the stated speeds, and peaks of steady amplitude."""
     hz, density = _density(records)
     over = density / _median(density)
     lines = np.flatnonzero((hz >= records.band_hz[0]) & (hz <= records.band_hz[1]))
@@ -71,16 +71,14 @@ def tones(records: Records, speeds_hz: Sequence[float]) -> list[Tone]:
     for peak in lines[np.argsort(-over[lines])]:
         if over[peak] < _STANDS_OUT:
             break
-        if over[peak] < np.max(over[max(peak - 1, 0) : peak + 2]) or _is_in(hz[peak], found):
+        if over[peak] < np.max(over[max(peak - 1, 0) : peak + 2]) or any(
+            tone.low_hz <= hz[peak] <= tone.high_hz for tone in found
+        ):
             continue
         tone = _tone(records, hz, over, int(peak))
         if tone.kurtosis < _STEADY:
             found.append(tone)
     return sorted(found, key=lambda tone: tone.frequency_hz)
-
-
-def _is_in(hz: float, found: Sequence[Tone]) -> bool:
-    return any(tone.low_hz <= hz <= tone.high_hz for tone in found)
 
 
 def without(records: Records, found: Sequence[Tone]) -> Records:

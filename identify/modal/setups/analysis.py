@@ -314,17 +314,18 @@ def _loads(
     omega: Array, std: Array, moved: Sequence[Array], square: tuple[Array, Array], mixed: bool
 ) -> tuple[loading.Loading, tuple[float, float]]:
     """What explains the poles, and the sensor's mass, kg, with its standard deviation: where drive points
-    tell modal masses, one mass for all modes is told by those that tell it well, and then helps the others.
+    tell modal masses, one mass for all modes is estimated by those that determine it well, and then helps the
+    others.
     """
     alone = loading.explained(omega, std, moved, None, mixed)
     value, seen = square
-    told = (value > 0) & (alone.load_std > 0) & (alone.load > 0)
-    if not told.any():
+    known = (value > 0) & (alone.load_std > 0) & (alone.load > 0)
+    if not known.any():
         return alone, (np.nan, np.nan)
-    each, sure = alone.load[told] / value[told], seen[told] * alone.load[told] / alone.load_std[told]
-    weight = 1 / (1 / np.minimum(seen[told], 1.0) ** 2 + 1 / np.maximum(sure, 1e-9) ** 2)
+    each, sure = alone.load[known] / value[known], seen[known] * alone.load[known] / alone.load_std[known]
+    weight = 1 / (1 / np.minimum(seen[known], 1.0) ** 2 + 1 / np.maximum(sure, 1e-9) ** 2)
     kg = _median(each, weight)
-    scatter = loading.MEDIAN * _median(np.abs(each / kg - 1) * seen[told], weight)
+    scatter = loading.MEDIAN * _median(np.abs(each / kg - 1) * seen[known], weight)
     kg_std = kg * scatter / np.sqrt(max(np.sum(weight) ** 2 / np.sum(weight**2), 1.0))
     width = kg * value * np.hypot(scatter / np.maximum(seen, 1e-9), kg_std / kg)
     prior = np.where(value > 0, kg * value, np.nan), np.maximum(width, 1e-3 * kg * np.abs(value))

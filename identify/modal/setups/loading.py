@@ -78,18 +78,18 @@ def explained(
     base = np.nanmax(omega, axis=1)
     part = np.where(known, (base[:, None] / np.where(known, omega, 1.0)) ** 2 - 1, 0.0)
     most = max(float(np.max(part)), 1e-9)
-    told = np.zeros(len(base)), np.full(len(base), most)
+    stated = np.zeros(len(base)), np.full(len(base), most)
     if prior is not None:
         has = prior[0] * unit < 2 * most
-        told = np.where(has, prior[0] * unit, told[0]), np.where(has, prior[1] * unit, told[1])
-    load, error, beside = told[0], _PART, np.ones(omega.shape)
+        stated = np.where(has, prior[0] * unit, stated[0]), np.where(has, prior[1] * unit, stated[1])
+    load, error, beside = stated[0], _PART, np.ones(omega.shape)
     for _ in range(_TURNS):
         alone = base[:, None] / np.sqrt(1 + load[:, None] * moved)
         shift = np.maximum(base[:, None] - alone, 0.1 * np.max(base[:, None] - alone, axis=1, keepdims=True))
         wide = np.hypot(std, error * shift)
         seen = np.where(known, omega * beside, 1.0)
         weight = known / np.sqrt(1 + ((seen - alone) / wide) ** 2)  # what is far off counts little
-        base, load, spread = _lines(seen, wide, weight, moved, told)
+        base, load, spread = _lines(seen, wide, weight, moved, stated)
         load = np.minimum(load, 2 * most)
         root = np.sqrt(load / unit)[:, None]
         there = alone = base[:, None] / np.sqrt(1 + load[:, None] * moved)
@@ -105,10 +105,10 @@ def explained(
 
 
 def _lines(
-    omega: Array, wide: Array, weight: Array, moved: Array, told: tuple[Array, Array]
+    omega: Array, wide: Array, weight: Array, moved: Array, stated: tuple[Array, Array]
 ) -> tuple[Array, Array, tuple[Array, Array]]:
     """Each mode's omega at rest and load, (m,) each, and their standard deviations: the line 1 / omega^2 =
-    (1 + load x moved) / omega_0^2 through all setups, with loads (m,) that are told to a standard deviation.
+    (1 + load x moved) / omega_0^2 through all setups, with loads (m,) known to a standard deviation.
     """
     top = np.max(np.where(weight > 0, omega, 0.0), axis=1)
     value = (top[:, None] / omega) ** 2
@@ -116,7 +116,9 @@ def _lines(
     rows = np.stack([np.ones(omega.shape), moved], axis=2)
     normal = np.einsum("rk,rki,rkj->rij", sure, rows, rows)
     right = np.einsum("rk,rki,rk->ri", sure, rows, value)
-    of_load = np.stack([-told[0], np.ones(len(top))], axis=1) / told[1][:, None]  # slope - load x intercept
+    of_load = (
+        np.stack([-stated[0], np.ones(len(top))], axis=1) / stated[1][:, None]
+    )  # slope - load x intercept
     normal = normal + of_load[:, :, None] * of_load[:, None, :]
     inverse = np.linalg.inv(normal)
     rest, slope = np.einsum("rij,rj->ri", inverse, right).T

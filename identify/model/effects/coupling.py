@@ -1,4 +1,4 @@
-"""Springs and dampers across z that are coupled: what gives way most and least lies anywhere in the plane.
+"""Coupled springs and dampers across z: directions of most and least compliance anywhere in the plane.
 
 Of a bearing's tilt, K = [[k_x, k_xy], [k_xy, k_y]] about the joint's x and y: two stiffnesses k_1, k_2 in
 directions turned by an angle a have k_xy = (k_1 - k_2) sin(a) cos(a).  All three enter the model linearly, as

@@ -4,7 +4,7 @@ it.
     T = clip(D (v + tau dv/dt), -T_c, T_c)
 
 T_c is the friction torque.  While it is not reached the joint sticks, and D and tau say how: D is the
-resistance to creep (T_c / D is the rate at which it gives way), tau the time in which a joint that is caught
+resistance to creep (T_c / D is the rate at which it creeps), tau the time in which a joint that is caught
 comes to rest.  D without bound and tau = 0 are the ideal of rigid Coulomb friction; tau = 0 alone is the
 usual friction smoothed over a rate of T_c / D; a finite tau is the soft stick of simulators that solve
 friction as a constraint (MuJoCo documentation, Computation, "Constraint model": a reference acceleration of

@@ -30,8 +30,9 @@ class JointRelaxation(Effect):
     """A Kelvin-Voigt element in series with the drive's spring (standard linear solid: Findley, Lai and
     Onaran, Creep and Relaxation of Nonlinear Viscoelastic Materials, 1976, section 5.5).
 
-    With compliance c and retardation time tau the drive gives way by 1 / (k + d s) + c / (1 + tau s); it has
-    its own stiffness k against motion much faster than 1 / tau and 1 / (1 / k + c) against slow motion.
+    With compliance c and retardation time tau the drive has the compliance 1 / (k + d s) + c / (1 + tau s);
+    it has its own stiffness k against motion much faster than 1 / tau and 1 / (1 / k + c) against slow
+    motion.
     """
 
     kind: Literal["joint-relaxation"] = "joint-relaxation"

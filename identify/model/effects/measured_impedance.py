@@ -46,13 +46,14 @@ class MeasuredImpedance(Effect):
     """
 
     last_resort: ClassVar[bool] = True
+    RENAMED: ClassVar[Mapping[str, str]] = {"lean": "misalignment"}
     kind: Literal["measured-impedance"] = "measured-impedance"
     at: Annotated[list[str], AfterValidator(_different)] = Field(
         min_length=1, description="coordinates, such as joint4.ry or base.rx"
     )
     released: bool = Field(True, description="false: another effect frees them already")
     branches: int = Field(1, ge=0, le=4, description="Maxwell branches on each coordinate")
-    lean: dict[str, float] = Field(
+    misalignment: dict[str, float] = Field(
         {},
         description="what moves with a unit of a single coordinate, whose axis it turns: {joint4.rx: 0.01}",
     )
@@ -66,17 +67,17 @@ class MeasuredImpedance(Effect):
     @model_validator(mode="after")
     def _one_axis(self) -> Self:
         body, _, axis = self.at[0].partition(".")
-        if self.lean and (len(self.at) > 1 or not self.released):
-            raise ValueError("lean: turns the axis of a single coordinate that is released here")
+        if self.misalignment and (len(self.at) > 1 or not self.released):
+            raise ValueError("misalignment: turns the axis of a single coordinate that is released here")
         alike = [f"{body}.{axis[:1]}{other}" for other in "xyz"]
-        if not set(self.lean) <= set(alike) - {self.at[0]}:
-            raise ValueError(f"lean: expected some of {', '.join(alike)} but not {self.at[0]} itself")
+        if not set(self.misalignment) <= set(alike) - {self.at[0]}:
+            raise ValueError(f"misalignment: expected some of {', '.join(alike)} but not {self.at[0]} itself")
         return self
 
     @property
     def settings_found(self) -> int:
-        """How far it leans."""
-        return len(self.lean)
+        """How many misalignments it has."""
+        return len(self.misalignment)
 
     def sentence(self) -> str:
         """For example: measured dynamic stiffness of joint 4 (rx, ry), 2 relaxation times."""
@@ -86,8 +87,8 @@ class MeasuredImpedance(Effect):
             f"{body.replace('joint', 'joint ')} ({own})" for body, own in zip(bodies, axes, strict=True)
         )
         times = f"{self.branches} relaxation time{'s' if self.branches != 1 else ''}"
-        leans = ", ".join(turned(name, by) for name, by in self.lean.items())
-        axis = f" about an axis turned by {leans}" if self.lean else ""
+        turns = ", ".join(turned(name, by) for name, by in self.misalignment.items())
+        axis = f" about an axis turned by {turns}" if self.misalignment else ""
         return f"measured dynamic stiffness of {names}{axis}, {times}"
 
     @classmethod
@@ -109,8 +110,8 @@ class MeasuredImpedance(Effect):
         return f"{name}.branch_{number + 1}"
 
     def added_coordinates(self, robot: Robot, mechanism: Mechanism) -> list[Added]:
-        """What joins spring and damper of each branch; an axis that leans takes others along."""
-        own = [Added(name, _link(robot, name), self.lean) for name in self.at if self.lean]
+        """What joins spring and damper of each branch; an axis that is misaligned takes others along."""
+        own = [Added(name, _link(robot, name), self.misalignment) for name in self.at if self.misalignment]
         return own + [
             Added(self._branch(name, number), _link(robot, name))
             for name in self.at

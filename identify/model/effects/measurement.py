@@ -150,7 +150,7 @@ OneChannel = Annotated[
         )
     ),
 ]
-"""What an effect on one response channel, or on all of a point, is told."""
+"""What an effect on one response channel, or on all of a point."""
 
 
 def single_channels(points: Mapping[int, Point]) -> Iterator[str]:

@@ -12,7 +12,7 @@ Axes = Literal["link", "base"]
 
 @dataclass(frozen=True)
 class Release:
-    """A constraint that may give way: coordinates, such as joint2.rx, that nothing in the model frees.
+    """A constraint that may have compliance: coordinates, such as joint2.rx, that nothing in the model frees.
 
     towards: of a single one, those that may move along with it, in proportions that are fitted: the axis may
     have a direction of its own.
@@ -22,13 +22,14 @@ class Release:
     towards: tuple[str, ...] = ()
 
     def sentence(self) -> str:
-        """For example: joint2 (rx, ry) giving way; link3 bending or twisting."""
+        """For example: compliance of joint2 (rx, ry); link3 bending or twisting."""
         bodies = {name.partition(".")[0] for name in self.coordinates}
         if len(bodies) > 1:
-            return f"{', '.join(self.coordinates)} giving way"
+            return f"compliance of {', '.join(self.coordinates)}"
         if any("deflection" in name for name in self.coordinates):
             return f"{min(bodies)} bending or twisting"
-        return f"{min(bodies)} ({', '.join(name.partition('.')[2] for name in self.coordinates)}) giving way"
+        axes = ", ".join(name.partition(".")[2] for name in self.coordinates)
+        return f"compliance of {min(bodies)} ({axes})"
 
 
 @dataclass(frozen=True)

@@ -56,7 +56,7 @@ class Springs(Effect):
     coupled: bool = Field(
         False,
         description=(
-            "rx and ry, and tx and ty, are coupled: the directions in which they give way most and least lie"
+            "rx and ry, and tx and ty, are coupled: the directions of most and least compliance lie"
             " anywhere in their plane, not along x and y; 2 more parameters per pair"
         ),
     )
@@ -100,7 +100,7 @@ class Springs(Effect):
         return [*own, *coupling_terms(site, own, self.pairs, keys)] if self.coupled else own
 
     def initial_values(self, terms: Sequence[Term], band_hz: tuple[float, float]) -> Array:
-        """Those of springs by themselves, and where they are coupled also pairs that give way far more in one
+        """Those of springs by themselves, and where they are coupled also pairs far more compliant in one
         direction than across it.
         """
         usual = super().initial_values(terms, band_hz)

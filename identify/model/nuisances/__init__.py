@@ -1,1 +1,1 @@
-"""What is never quite as told, and what a model becomes where it is otherwise."""
+"""What is never quite as stated, and what a model becomes where it is otherwise."""

@@ -1,4 +1,4 @@
-"""What a robot at a posture changes by where links, joint angles and link lengths are not as told: matrices
+"""What a robot at a posture changes by where links, joint angles and link lengths are not as stated: matrices
 over the engine's coordinates, which no effect changes, so that they are computed once for each measurement.
 """
 
@@ -26,8 +26,8 @@ WEIGHTED = 4
 
 @dataclass(frozen=True)
 class Geometry:
-    """Change of a robot at a posture per unit of something told of its geometry: M and K_g (n, n), motion of
-    points (points, 6, n) as `Engine.jacobian` has it.
+    """Change of a robot at a posture per unit of something stated of its geometry: M and K_g (n, n), motion
+    of points (points, 6, n) as `Engine.jacobian` has it.
     """
 
     mass: Array
@@ -59,8 +59,8 @@ class Basis:
     geometry: tuple[Geometry, ...]
 
     @cached_property
-    def told(self) -> Array:
-        """Inertial parameters (links, 10) as told."""
+    def nominal(self) -> Array:
+        """Inertial parameters (links, 10) as stated."""
         return moments(self.links, np.zeros((len(self.links), 10)))[0]
 
     @cached_property
@@ -69,7 +69,9 @@ class Basis:
         return np.array([n for n, one in enumerate(self.geometry) if one.heavy], dtype=int)
 
     def added(self, off: Array) -> tuple[Array, Array]:
-        """What inertial parameters (..., links, 10) off what was told add to M and K_g, (..., n, n) each."""
+        """What inertial parameters (..., links, 10) off what was stated add to M and K_g, (..., n, n)
+        each.
+        """
         return np.tensordot(off, self.mass, axes=2), np.tensordot(off[..., :WEIGHTED], self.weight, axes=2)
 
 

@@ -1,4 +1,4 @@
-"""The inertia of a link that is not quite as told: ten numbers, whatever they are a body with positive
+"""The inertia of a link that is not quite as stated: ten numbers, whatever they are a body with positive
 energy.
 
 A link's mass matrix is linear in its mass, first moments and second moments about its frame
@@ -40,7 +40,7 @@ def moments(links: Sequence[Link], changes: Array) -> tuple[Array, Array]:
     """
     mass = np.array([link.mass for link in links]) * np.exp(changes[:, 0])
     centre = np.array([link.centre for link in links]).reshape(-1, 3) + changes[:, 1:4]
-    inertia, slopes_of_inertia = _inertia(_told(links), changes[:, 4:])
+    inertia, slopes_of_inertia = _inertia(_nominal(links), changes[:, 4:])
     square, heavy = _outer(centre, centre), mass[:, None, None]
     full = _second(inertia) + heavy * square
     values = np.concatenate([mass[:, None], mass[:, None] * centre, _upper(full)], axis=1)
@@ -57,22 +57,22 @@ def moments(links: Sequence[Link], changes: Array) -> tuple[Array, Array]:
 def changed(link: Link, change: Array) -> Link:
     """The link with these changes (10,)."""
     mass, centre = link.mass * float(np.exp(change[0])), link.centre + change[1:4]
-    return Link(link.name, mass, centre, _inertia(_told([link]), change[None, 4:])[0][0])
+    return Link(link.name, mass, centre, _inertia(_nominal([link]), change[None, 4:])[0][0])
 
 
-def _told(links: Sequence[Link]) -> Array:
-    """(links, 3, 3): inertia about the centres as told."""
+def _nominal(links: Sequence[Link]) -> Array:
+    """(links, 3, 3): inertia about the centres as stated."""
     return np.array([link.inertia for link in links]).reshape(-1, 3, 3)
 
 
-def _inertia(told: Array, changes: Array) -> tuple[Array, Array]:
+def _inertia(nominal: Array, changes: Array) -> tuple[Array, Array]:
     """Inertia (links, 3, 3) about the centres, and its derivatives (links, 6, 3, 3) with respect to the six
     changes (links, 6) of it.
     """
-    principal, axes = np.linalg.eigh(told)
+    principal, axes = np.linalg.eigh(nominal)
     grown = principal * np.exp(changes[:, :3])
     root = np.sqrt(_outer(grown, grown))
-    local, slopes = grown[:, :, None] * np.eye(3), np.zeros((len(told), 6, 3, 3))
+    local, slopes = grown[:, :, None] * np.eye(3), np.zeros((len(nominal), 6, 3, 3))
     for number, (i, j) in enumerate(_OFF, start=3):
         amount = changes[:, number] / _MOST
         local[:, i, j] = local[:, j, i] = _MOST * np.tanh(amount) * root[:, i, j]

@@ -13,7 +13,7 @@ from identify.motion.study import WEIGHTS
 
 def with_noise(problem: MotionProblem) -> tuple[MotionProblem, tuple[str, ...]]:
     """The problem with a noise for every recorded signal that can be compared, one per joint where the study
-    says none, and a sentence for each signal of which none can be told.
+    says none, and a sentence for each signal whose noise cannot be estimated.
 
     InputError where nothing is left to compare.
     """
@@ -32,7 +32,7 @@ def with_noise(problem: MotionProblem) -> tuple[MotionProblem, tuple[str, ...]]:
         if np.isfinite(found).all():
             noise[quantity] = [float(f"{level:.3g}") for level in found]
         else:
-            notes.append(f"noise of {quantity} cannot be told from its motion: it was not compared")
+            notes.append(f"noise of {quantity} cannot be separated from its motion: it was not compared")
     if not noise:
         raise InputError(
             "noise", "; ".join(notes), "the standard deviation of measured signals", "give `noise`"
@@ -51,7 +51,7 @@ def _levels(problem: MotionProblem, quantity: str) -> Array:
 
 
 def _level(signal: Array) -> float:
-    """Of one joint's signal (samples,), NaN where it cannot be told."""
+    """Of one joint's signal (samples,), NaN where it cannot be determined."""
     used = np.isfinite(signal)
     level = white_level(np.where(used, signal, 0.0), used) if used.any() else 0.0
     return level if level > 0 else float("nan")

@@ -206,7 +206,7 @@ def effect_of(kind: Kind | SpringKind, places: Sequence[int]) -> MotionCandidate
 
 def _solved(columns: Array, residual: Array) -> tuple[Array, float] | None:
     """Amplitudes that least squares has for columns (count, n), and the sum of squares left; None where they
-    cannot be told apart.
+    cannot be distinguished.
     """
     size = np.linalg.norm(columns, axis=0)
     if not (size > 0).all():

@@ -45,7 +45,7 @@ const ROBOT = (() => {
       + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
       + (stages.some(stage => stage.kind === "motion") ? "Measured motion: every response to one force at one line; a click in the plot of an FRF chooses its line. " : "")
       + (robot.bodies && robot.bodies.missing.length ? `Not as they look: ${robot.bodies.missing.join("; ")}. ` : "")
-      + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not told"}).`);
+      + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not stated"}).`);
     chooseMode();
   }
 

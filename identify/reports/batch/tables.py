@@ -105,7 +105,7 @@ def _over(log: Mask, mean: Array) -> Array:
 
 def _verdicts(known: Mask, differs: Mask, said: str) -> list[str]:
     return [
-        (said if other else "the same") if sure else "cannot be told"
+        (said if other else "the same") if sure else "cannot be determined"
         for sure, other in zip(known, differs, strict=True)
     ]
 

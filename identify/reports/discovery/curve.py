@@ -78,8 +78,7 @@ def sentences(curve: CurveTable) -> str:
         )
     if curve.errors_held:
         said.append(
-            "Errors of what was told are held as they were fitted; intervals leave out how far these may be"
-            " off."
+            "Nuisance parameters are held as they were fitted; intervals leave out how far these may be off."
         )
     return " ".join(said)
 
@@ -92,7 +91,7 @@ def by_strength(curves: Sequence[CurveTable]) -> list[str]:
     levels: dict[str, list[CurveTable]] = {}
     for curve in curves:
         if np.isfinite(curve.peak_n):
-            levels.setdefault(curve.place.rpartition(", impacts")[0], []).append(curve)
+            levels.setdefault(curve.site or curve.place, []).append(curve)
     for place, own in levels.items():
         weak, strong = (pick(own, key=lambda curve: curve.peak_n) for pick in (min, max))
         for entry in chosen(weak):

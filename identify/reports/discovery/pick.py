@@ -130,8 +130,8 @@ def part_bars(parts: PartTable, gap: float) -> list[Bars]:
         if len(rows) < 2:
             continue
         shown = (
-            sorted(rows[:SHOWN], key=lambda row: _frequency(parts.name[row]))
-            if kind in _ALONG
+            sorted(rows[:SHOWN], key=lambda row: parts.frequency_hz[row])
+            if kind in _ALONG and len(parts.frequency_hz)
             else list(rows[:SHOWN])
         )
         share = [f"{100 * parts.share[row]:.0f} %" if gap > QUIET else "" for row in shown]
@@ -139,16 +139,12 @@ def part_bars(parts: PartTable, gap: float) -> list[Bars]:
     return found
 
 
-def _frequency(name: str) -> float:
-    return float(name.split(maxsplit=1)[0])
-
-
 def few(options: OptionTable) -> slice:
     """The candidates in a chart: the best ones."""
     return slice(0, min(SHOWN, len(options.sentence)))
 
 
-STANDINGS = ("best", "cannot be told from it", "other")
+STANDINGS = ("best", "cannot be distinguished from it", "other")
 
 
 def standings(step: StepResult) -> list[int]:

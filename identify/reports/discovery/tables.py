@@ -103,7 +103,7 @@ def model_sentence(step: StepResult) -> str:
 
 
 def doubt_sentence(step: StepResult) -> str:
-    """What cannot be told from what was found; empty where nothing is."""
+    """What cannot be distinguished from what was found; empty where nothing is."""
     return f"The data cannot tell it from {listed(step.alike)}." if step.alike else ""
 
 

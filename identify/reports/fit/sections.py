@@ -240,6 +240,6 @@ def _stated(result: FitResult) -> Iterator[Part]:
     """What was stated to be uncertain, and what became of it."""
     stated = result.uncertainty
     if stated is not None:
-        yield Text(" ".join(stated.sentences) or "No error of what was told is larger than was stated.")
+        yield Text(" ".join(stated.sentences) or "No nuisance parameter is larger than was stated.")
         yield Tabular(tables.part_table(result, stated), heading=True)
         yield Tabular(tables.stated_table(stated), heading=True, limit=30)

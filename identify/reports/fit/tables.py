@@ -135,7 +135,7 @@ def direction_table(result: FitResult) -> Table:
 
 
 def stated_table(stated: StatedUncertainty) -> Table:
-    """A row for each error of what was told, the largest first in units of what was stated."""
+    """A row for each nuisance parameter, the largest first in units of what was stated."""
     order = np.argsort(-np.abs(stated.shift))
     units, factors = zip(*(_UNITS[stated.unit[n]] for n in order), strict=True) if len(order) else ((), ())
     std, shift = np.array(factors) * stated.stated[order], stated.shift[order]
@@ -154,7 +154,7 @@ def stated_table(stated: StatedUncertainty) -> Table:
         " standard deviation. Beyond 3 the statement was too small, or something is missing from the model;"
         " 100 % left: the data say nothing."
     )
-    return Table("Errors of what was told", columns, note)
+    return Table("Nuisance parameters", columns, note)
 
 
 def part_table(result: FitResult, stated: StatedUncertainty) -> Table:

@@ -161,8 +161,10 @@ def left_out_table(learnt: Learnt) -> Table:
         *limited("Corrected", "", (scale * one for one in (t.corrected, t.low_95, t.high_95))),
         words("Inside", ["yes" if one else "no" for one in inside]),
     ]
-    note = "Each posture is left out in turn, and told by the others alone. Axes of peaks are the sensor's."
-    return Table("Measured postures, each told by the others", columns, note)
+    note = (
+        "Each posture is left out in turn, and predicted by the others alone. Axes of peaks are the sensor's."
+    )
+    return Table("Measured postures, each predicted by the others", columns, note)
 
 
 def corrected_table(result: MapResult, c: CorrectionRows) -> Table:

@@ -44,15 +44,15 @@ def tables(found: ShapeComparison) -> list[Table]:
 
 def _modes(name: str, table: ModalTable, rigid: Array) -> Table:
     hz, five = table.frequency_hz, digits(5)
-    told = bool(np.isfinite(rigid).any())
+    known = bool(np.isfinite(rigid).any())
     columns = [
         Column("Mode", "", range(1, len(hz) + 1), whole),
         Column("Undamped", "Hz", hz, five),
         Column("Damped", "Hz", hz * np.sqrt(1 - np.nan_to_num(table.damping_ratio) ** 2), five),
         Column("Damping ratio", "%", table.damping_ratio, percent),
-        *([Column("Rigid", "%", rigid, percent)] if told else []),
+        *([Column("Rigid", "%", rigid, percent)] if known else []),
     ]
-    note = "Rigid: part of the squared motion that moves all points as one body." if told else ""
+    note = "Rigid: part of the squared motion that moves all points as one body." if known else ""
     return Table(f"Modes of {name}", columns, note)
 
 

@@ -55,7 +55,7 @@ def measurement_table(result: ModesResult) -> Table:
     decay = [m.frf.window_decay_per_s for m in found]
     columns = [
         words("Measurement", [m.name for m in found]),
-        words("Joint angles", [angles(m.posture_deg, ".1f") or "not told" for m in found], "°"),
+        words("Joint angles", [angles(m.posture_deg, ".1f") or "not stated" for m in found], "°"),
         words(capital(result.noun.several), map(_analysed, found)),
         *([Column("Decay", "1/s", decay)] if any(decay) else []),
         Column("Modes", "", [len(m.modes.frequency_hz) for m in found], whole),
@@ -105,7 +105,7 @@ def _scatter(m: AnalysedMeasurement) -> str:
         window = f"an exponential window of {number(decay)} 1/s was taken out of the damping"
         return (
             "from noise, with scatter over orders where more than noise is left; there a bias may come on"
-            f" top; {window if decay else 'no exponential window was told'}"
+            f" top; {window if decay else 'no exponential window was stated'}"
         )
     unscaled = ", for without a force there is no modal mass" if found.scaling is None else ""
     return (
@@ -193,7 +193,7 @@ def tone_table(m: AnalysedMeasurement) -> Table | None:
         Column("Width", "Hz", t.width_hz, digits(2)),
         Column("Kurtosis", "", t.kurtosis, digits(3)),
         Column("Power", "%", t.share, percent),
-        words("Multiple of what was told", [f"{n} x {number(hz)} Hz" if n else "" for n, hz in multiples]),
+        words("Multiple of the stated speed", [f"{n} x {number(hz)} Hz" if n else "" for n, hz in multiples]),
     ]
     note = (
         "Kurtosis: of the complex amplitude, 1 for a tone, 2 for noise. Power: of all channels of unit RMS."

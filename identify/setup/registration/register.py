@@ -20,7 +20,7 @@ _COARSE = 0.1
 _GLANCE_M = 0.03
 _GLANCED = 60
 """Nodes of a first look."""
-_THINNED = 8
+_DECIMATED = 8
 _DRAWS = 12
 _PROMISING = 8
 """Placements that are looked at with all nodes."""
@@ -154,7 +154,7 @@ def _glances(unit: float, task: Task, size: float) -> list[_Candidate]:
     every = np.linspace(0, len(task.nodes) - 1, min(_GLANCED, len(task.nodes))).astype(int)
     kept = np.unique([*every, *task.pairs.rows])
     pairs = replace(task.pairs, rows=np.searchsorted(kept, task.pairs.rows))
-    coarse = [None if skin is None else skin.thinned(_THINNED) for skin in task.skins]
+    coarse = [None if skin is None else skin.decimated(_DECIMATED) for skin in task.skins]
     few = replace(task, nodes=task.nodes[kept], pairs=pairs, skins=coarse)
     paired = enough(pairs, few.nodes)
     starts, scale = (by_pairs(few), 3 * pairs.spread_m) if paired else (by_shape(few), _COARSE * size)

@@ -40,7 +40,7 @@ class Skin:
     apart: float
     tree: cKDTree
 
-    def thinned(self, times: int) -> Skin:
+    def decimated(self, times: int) -> Skin:
         """So many times fewer discs, which are larger, for a first look."""
         some = slice(None, None, times)
         return Skin(

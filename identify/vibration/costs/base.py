@@ -41,7 +41,7 @@ class Cost(BaseModel, ABC):
 
     @property
     def likelihood(self) -> bool:
-        """Whether errors of what was told can be weighed against it, and so are fitted along."""
+        """Whether nuisance parameters can be weighed against it, and so are fitted along."""
         return False
 
 

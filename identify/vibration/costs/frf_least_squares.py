@@ -23,7 +23,7 @@ LOG_LEAST = 1e-3
 """Of the measured FRF: what the model moves less is as far off as this, such as all that a rigid bearing does
 not move."""
 _KEPT_BYTES = 400_000_000
-"""Derivatives that are kept to tell how residuals bend; that is not told of larger data, nor where every
+"""Derivatives that are kept to tell how residuals bend; they are not kept of larger data, nor where every
 prediction simulates impacts."""
 
 
@@ -145,15 +145,15 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
 
 
 class PosteriorObjective(ProductObjective):
-    """The same with errors of what was told fitted along: their squares, in units of their standard
+    """The same with nuisance parameters fitted along: their squares, in units of their standard
     deviations, count as residuals (maximum a posteriori), but not as measured numbers.
 
-    softness: by how much residuals count for less, for stages that lead to the likelihood.
+    temperature: what squared residuals are divided by, for stages that lead to the likelihood.
     """
 
-    def __init__(self, cost: FrfLeastSquares, targets: Targets, softness: float = 1.0) -> None:
+    def __init__(self, cost: FrfLeastSquares, targets: Targets, temperature: float = 1.0) -> None:
         self._likelihood = FrfLeastSquaresObjective(cost, targets)
-        self.errors, self._softness = np.array(targets.nuisances), softness
+        self.errors, self._temperature = np.array(targets.nuisances), temperature
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
         self._rows: list[Rows] = []
@@ -173,7 +173,7 @@ class PosteriorObjective(ProductObjective):
             return np.array([self._known[1]])
         data = self._likelihood.costs(candidates)
         size = np.linalg.norm(candidates[..., self.errors], axis=-1) / np.sqrt(self.count)
-        return np.asarray(np.hypot(data / self._softness, size))
+        return np.asarray(np.hypot(data / np.sqrt(self._temperature), size))
 
     def product(self, values: Array, free: Index) -> Array:
         """Of the data, then of the errors."""
@@ -187,7 +187,7 @@ class PosteriorObjective(ProductObjective):
         # Derivatives are kept where every set is in one part.
         products, rows = zip(*each_set(own, by_lines(self.targets, len(free))), strict=True)
         self._rows = [one for one in rows if one is not None] if len(rows) == len(self.targets) else []
-        product = np.asarray(sum(products) / self._softness**2)
+        product = np.asarray(sum(products) / self._temperature)
         add_errors(product, values, free, self.errors)
         total = float(product[-1, -1])
         cost = float(np.sqrt(total / self.count)) if np.isfinite(total) else np.inf
@@ -204,11 +204,11 @@ class PosteriorObjective(ProductObjective):
             for target, rows in zip(self.targets, self._rows, strict=True):
                 away = [self._likelihood.residuals_of(target, h)[0] for h in target.predict(sides)]
                 bend += rows.pull(away[0] + away[1] - 2 * rows.residual, free)
-        return bend / self._softness**2
+        return bend / self._temperature
 
 
 def add_errors(product: Array, values: Array, free: Index, errors: Index) -> None:
-    """Add to [J r]'[J r] (free + 1, free + 1) the errors of what was told, numbers among the values
+    """Add to [J r]'[J r] (free + 1, free + 1) the nuisance parameters, numbers among the values
     (unknowns,), as residuals.
     """
     own = np.flatnonzero(np.isin(free, errors))

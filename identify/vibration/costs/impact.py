@@ -112,8 +112,8 @@ def simulated_impact(
 class ImpactSimulator:
     """Simulates impacts that are alike side by side, and remembers the last values that it was asked for.
 
-    simulations: all that it simulates; with_errors: what the impacts are where what was told is off by errors
-    (nuisances,).
+    simulations: all that it simulates; with_errors: what the impacts are where what was stated is off by
+    errors (nuisances,).
     """
 
     def __init__(
@@ -127,7 +127,9 @@ class ImpactSimulator:
         self._known: dict[SimulatedImpact, Response] = {}
 
     def off(self, simulated: SimulatedImpact, errors: Array) -> tuple[ImpactSimulator, SimulatedImpact]:
-        """What simulates all of them, and one of them, where what was told is off by errors (nuisances,)."""
+        """What simulates all of them, and one of them, where what was stated is off by errors
+        (nuisances,).
+        """
         [there] = self._all_off(errors[None])
         return there, there.simulations[self.simulations.index(simulated)]
 

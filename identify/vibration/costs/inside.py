@@ -90,8 +90,8 @@ def inside_of(target: FrfTarget, values: Array, free: Index) -> tuple[Inside, li
     h, slopes = target.late_gradient(bare, at.delay, own, of_parameters)
     s = there.s_at(own)
     late = np.exp(-at.delay * s)[:, None, None, None]
-    told = _blocks(target.nuisances, at, there, own)
-    blocks = [replace(one, numbers=parameters + one.numbers, slopes=late * one.slopes) for one in told]
+    errors = _blocks(target.nuisances, at, there, own)
+    blocks = [replace(one, numbers=parameters + one.numbers, slopes=late * one.slopes) for one in errors]
     wanted = [one for block in blocks if (one := chosen(block, free)) is not None]
     inner = [(slopes, of_parameters), *((one.slopes, one.numbers) for one in wanted if one.inside)]
     delay = parameters + target.nuisances.delay.numbers

@@ -172,7 +172,7 @@ class FrfTarget:
         return replace(self, system=system, out=at.out, force=at.force, nuisances=None)
 
     def impact_with_errors(self, errors: Array) -> SimulatedImpact:
-        """What is simulated where what was told is off by errors (nuisances,)."""
+        """What is simulated where what was stated is off by errors (nuisances,)."""
         assert self.simulated is not None and self.nuisances is not None
         at = state(self.nuisances, errors)
         return replace(
@@ -205,8 +205,8 @@ class FrfTarget:
             end = there._simulator.impacted(there.simulated, own, s, np.zeros(0, dtype=int))
         readings = [(reading, own[numbers]) for reading, numbers in self.instruments]
         late = np.exp(-delay * s)[:, None, None, None]
-        found, told = [], nuisance_blocks(self.nuisances, at, matrices, s, power, end)
-        for block in [*told, *there.blows(self.nuisances, own)]:
+        found, blocks = [], nuisance_blocks(self.nuisances, at, matrices, s, power, end)
+        for block in [*blocks, *there.impact_blocks(self.nuisances, own)]:
             one = recorded(block, readings, s, len(self.out), len(self.data.outputs))
             slopes = late * one.slopes if delay else one.slopes
             slopes = np.swapaxes(self._at_once(np.swapaxes(slopes, 2, 3)), 2, 3)
@@ -217,7 +217,7 @@ class FrfTarget:
             found.append(Block(every, size + self.nuisances.delay.numbers.reshape(1), slopes))
         return found
 
-    def blows(self, placed: Placed, values: Array) -> Iterator[Block]:
+    def impact_blocks(self, placed: Placed, values: Array) -> Iterator[Block]:
         """Derivatives of what the model itself does with respect to strengths and duration of simulated
         impacts, at values (parameters,).
         """
@@ -477,7 +477,7 @@ def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
 class Targets:
     """All data that a cost compares; the impacts on nonlinear systems are simulated together.
 
-    nuisances: numbers of the unknowns that are errors of what was told, which cost their squares.
+    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
     """
 
     frf: tuple[FrfTarget, ...] = ()

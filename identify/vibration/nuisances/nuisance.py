@@ -27,19 +27,19 @@ FORCE = "force"
 IMPACTS = "impacts"
 """The place of what all impacts share."""
 _ERROR = ".error"
-"""What the name of every error of what was told ends in, and of no other parameter."""
+"""What the name of every nuisance parameter ends in, and of no other parameter."""
 Key = tuple[str, str, str]
 
 
 def bare(values: Mapping[str, float]) -> dict[str, float]:
-    """Values by name without those of errors of what was told, which then begin at nothing."""
+    """Values by name without those of nuisance parameters, which then begin at nothing."""
     return {name: value for name, value in values.items() if not name.endswith(_ERROR)}
 
 
 @dataclass(frozen=True)
 class Nuisance:
     """One uncertain number: of what (`link`, `point`, `channel`, `impact`, `joint`, `kinematics`, `set`,
-    `form`, `blow`), where, which change of it; its standard deviation in SI units (or relative, of
+    `form`, `impulse`), where, which change of it; its standard deviation in SI units (or relative, of
     logarithms); whether it goes along to other measurements.
     """
 
@@ -111,7 +111,7 @@ class Nuisances:
         """With errors of the forms of a model's effects, and of the impacts of the measurements in which it
         has them simulated, in place of those of another's.
         """
-        told = (one for one in self.entries if one.group not in ("form", "blow"))
+        kept = (one for one in self.entries if one.group not in ("form", "impulse"))
         more = [
             Nuisance("form", form.place, name, settings.std("flexible_links", what), "1")
             for form in forms
@@ -119,13 +119,13 @@ class Nuisances:
         ]
         strength = settings.std("impacts", "strength")
         more += [
-            Nuisance("blow", f"{one.name} {channel}", "strength", strength, "1", lasting=False)
+            Nuisance("impulse", f"{one.name} {channel}", "strength", strength, "1", lasting=False)
             for one in simulated
             for channel in one.inputs
         ]
         if simulated:
-            more.append(Nuisance("blow", IMPACTS, "duration", settings.std("impacts", "duration"), "1"))
-        return Nuisances((*told, *(one for one in more if one.std > 0)))
+            more.append(Nuisance("impulse", IMPACTS, "duration", settings.std("impacts", "duration"), "1"))
+        return Nuisances((*kept, *(one for one in more if one.std > 0)))
 
     def has(self, group: str) -> bool:
         """Whether anything of a group is uncertain."""
@@ -138,7 +138,7 @@ class Nuisances:
 
 
 NOTHING = Nuisances(())
-"""All is exactly as told."""
+"""All is exactly as stated."""
 
 
 class Tested(Protocol):

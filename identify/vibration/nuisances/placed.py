@@ -108,8 +108,8 @@ def place(
         ),
         nuisances.slot([("channel", FORCE, "gain")], ()),
         nuisances.slot([("set", name, "delay")], ()),
-        nuisances.slot([("blow", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
-        nuisances.slot([("blow", IMPACTS, "duration")], ()),
+        nuisances.slot([("impulse", f"{name} {c}", "strength") for c in channels[1]], (len(channels[1]),)),
+        nuisances.slot([("impulse", IMPACTS, "duration")], ()),
     )
 
 
@@ -147,7 +147,7 @@ class State:
     """What the nuisances of a measurement make of it at some values.
 
     mass, stiffness (n, n): what they add; slopes (L, 10, 10) of the links' inertial parameters; motion
-    (P, 6, n) of the told points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
+    (P, 6, n) of the nominal points; shift (P, 3), m: where they are; turns (P, 3): rotation vectors of the
     sensors; sensors (P, 3, 3): rows are their axes; gain (outputs,) with the channels' signs; struck
     (inputs, 3): turns of the impacts about sensor axes, directions (inputs, 3) of the impacts in link axes;
     scale (inputs,): their signs over the sensitivity of the force transducer; out (outputs, n), force
@@ -215,12 +215,12 @@ def read(ends: Ends, motion: Array, shift: Array, sensors: Array, gain: Array) -
 
 
 def push(ends: Ends, motion: Array, applied: Array, scale: Array) -> Array:
-    """(n, inputs): generalised forces of wrenches (inputs, 6) about the told points."""
+    """(n, inputs): generalised forces of wrenches (inputs, 6) about the nominal points."""
     return np.asarray(np.einsum("ikn,ik,i->ni", motion[ends.point], applied, scale))
 
 
 def wrench(ends: Ends, directions: Array, shift: Array) -> Array:
-    """(inputs, 6): force and moment about the told place of the point of unit impacts."""
+    """(inputs, 6): force and moment about the nominal place of the point of unit impacts."""
     is_force = (ends.axis < 3)[:, None]
     lever = cross(shift[ends.point], directions)
     return np.concatenate(
@@ -232,7 +232,7 @@ def _inertia(placed: Placed, values: Array) -> tuple[Array, Array, Array]:
     """What other inertias add to M and K_g, (n, n) each, and the slopes (L, 10, 10) of the parameters."""
     basis = placed.basis
     found, slopes = moments(basis.links, placed.links.at(values))
-    return *basis.added(found - basis.told), slopes
+    return *basis.added(found - basis.nominal), slopes
 
 
 def _directions(placed: Placed, turns: Array) -> Array:

@@ -195,8 +195,8 @@ def _wrenches(placed: Placed, at: State) -> tuple[Index, Array]:
     ends = placed.inputs
     axes, is_force = placed.axes[ends.point], (ends.axis < 3)[:, None]
     rotation, right = turn_slope(np.einsum("cxi,cx->ci", axes, at.struck))
-    told = np.einsum("cij,ci->cj", rotation, at.directions)
-    about = np.cross(told[:, None], axes @ np.swapaxes(right, 1, 2))
+    nominal = np.einsum("cij,ci->cj", rotation, at.directions)
+    about = np.cross(nominal[:, None], axes @ np.swapaxes(right, 1, 2))
     turned = -placed.impacts.std[:, :, None] * (about @ np.swapaxes(rotation, 1, 2))
     none, lever = np.zeros_like(turned), np.cross(at.shift[ends.point][:, None], turned)
     turns = np.where(

@@ -1,4 +1,4 @@
-"""Errors of what was told, in words."""
+"""Nuisance parameters, in words."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _KINDS = {
     "kinematics": "places of joints",
     "set": "delays",
     "form": "forms of bending links",
-    "blow": "strengths of impacts",
+    "impulse": "strengths of impacts",
 }
 
 

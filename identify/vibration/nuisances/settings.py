@@ -1,4 +1,5 @@
-"""`uncertainty:` of a study: how far masses, places, directions, gains and angles may be from what was told.
+"""`uncertainty:` of a study: how far masses, places, directions, gains and angles may be from what was
+stated.
 
 Every number is one standard deviation of a Gaussian error.
 """
@@ -158,19 +159,19 @@ class FlexibleLinksUncertainty(Settings):
         ge=0,
         lt=1,
         description=(
-            "compliance of each end of the link, where it is told from that of the joint there by nothing,"
+            "compliance of each end of the link, where nothing distinguishes it from that of the joint there,"
             " relative to the whole link's"
         ),
     )
 
 
 class UncertaintySettings(Settings):
-    """What is uncertain of what was told; zero: exactly as told."""
+    """What is uncertain of what was stated; zero: exactly as stated."""
 
     like: Level | None = Field(
         None,
         description="`careful`, `typical`, or `meshes` where the bodies of links were made of their meshes:"
-        " values for all that is not said here; default: exactly as told",
+        " values for all that is not said here; default: exactly as stated",
     )
     links: LinksUncertainty = Field(LinksUncertainty(), description="masses, centres and inertias of links")
     points: PointsUncertainty = Field(PointsUncertainty(), description="places and directions of sensors")
@@ -254,13 +255,13 @@ _LEVELS["meshes"] = {
 FORMS_ALONE = UncertaintySettings(
     flexible_links=FlexibleLinksUncertainty(**_LEVELS["careful"]["flexible_links"])
 )
-"""All is exactly as told, but links that bend are not quite what a beam is."""
+"""All is exactly as stated, but links that bend are not quite what a beam is."""
 IMPACTS_ALONE = UncertaintySettings(
     impacts=ImpactsUncertainty(
         **{what: _LEVELS["careful"]["impacts"][what] for what in ("strength", "duration")}
     )
 )
-"""All is exactly as told, but no two impacts are equally strong: what a joint that slips or hardens does
+"""All is exactly as stated, but no two impacts are equally strong: what a joint that slips or hardens does
 depends on each.
 """
 

@@ -1,4 +1,4 @@
-"""What a fit says of errors of what was told: how far each is off, what stands out, which statement was too
+"""What a fit says of nuisance parameters: how far each is off, what stands out, which statement was too
 small, and how much of the uncertainty of each parameter they make.
 """
 
@@ -19,14 +19,14 @@ from identify.vibration.nuisances.sentences import kind_of, sentence
 from identify.vibration.problem import Problem
 
 _HELD = (
-    "The cost is no likelihood, so errors of what was told were not fitted: the intervals carry them as far"
+    "The cost is no likelihood, so nuisance parameters were not fitted: the intervals carry them as far"
     " as they move its optimum."
 )
 _NOTABLE, _FEW = 0.01, 6
-"""Chance below which an error stands out; how many are told in words at most."""
+"""Chance below which an error stands out; how many are put in words at most."""
 _TOO_SMALL, _SURE, _SEEN = 1.3, 0.001, 0.5
-"""How many times larger than stated errors of a kind must be to be told, the chance that they are not, and of
-how many errors together the data must tell.
+"""How many times larger than stated errors of a kind must be to be reported, the chance that they are not,
+and of how many errors together the data must tell.
 """
 
 
@@ -71,12 +71,12 @@ def _outstanding(entries: Sequence[Nuisance], shift: Array) -> list[str]:
     together = list(groups(entries))
     chances = [float(scipy.special.chdtrc(len(group), np.sum(shift[group] ** 2))) for group in together]
     order = np.argsort(chances)
-    told = [
+    reasons = [
         sentence([entries[n] for n in together[g]], shift[together[g]])
         for g in order[:_FEW]
         if chances[g] < _NOTABLE
     ]
-    return [f"The data say that {listed(told)}."] if told else []
+    return [f"The data say that {listed(reasons)}."] if reasons else []
 
 
 def _too_small(entries: Sequence[Nuisance], shift: Array, spread: Array) -> Iterator[str]:

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from identify.core.threads import one_thread
+from identify.discovery.decimated import below, decimated
 from identify.discovery.records import timed
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
@@ -22,7 +23,6 @@ from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import explain
 from identify.discovery.sparse.unknowns import Unknowns
-from identify.discovery.thinned import below, thinned
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.vibration.all_springs import all_springs
@@ -47,7 +47,7 @@ def problem_of(folder: Path, case: str, seed: int, doubled: int = 0, nodes: Sequ
         MAKES["compact"](seed).at_points(list(nodes)), seed=seed, averages=2, binary=True, oversampling=8
     )
     generate(replace(hide(spec, case), case="test"), folder / "test")
-    problem = thinned(timed(load_problem(read_study(config_of(folder / "test", folder)))))
+    problem = decimated(timed(load_problem(read_study(config_of(folder / "test", folder)))))
     return replace(problem, measurements=tuple(_read_twice(m, doubled) for m in problem.measurements))
 
 

@@ -170,22 +170,9 @@ def test_unknown_kind_lists_the_known_ones() -> None:
         parse_optimizer("simulated-annealing")
 
 
-def test_levenberg_marquardt_takes_the_best_of_a_ladder_of_damped_steps() -> None:
-    problem, start = search("many", 4), np.array([1.9, 2.5, 0.6, 1.4])
-    residuals, jacobian = problem.residuals(start)
-    ends = np.array(
-        [
-            start - np.linalg.solve(jacobian.T @ jacobian + damping * np.eye(4), jacobian.T @ residuals)
-            for damping in (0.01, 0.1, 1.0, 10.0, 100.0, 1e3, 1e4)
-        ]
-    )
-    costs = problem.costs(np.clip(ends, problem.lower, problem.upper))
-    found = search("many", 4)
-    optimizer = parse_optimizer({"kind": "levenberg-marquardt", "steps": 1})
-    outcome = optimizer.minimize(found, start, np.random.default_rng(0))
-    assert not outcome.converged and outcome.sentence == "1 steps are spent"
-    assert found.best_cost == pytest.approx(costs.min(), rel=1e-9)
-    assert costs.argmin() not in (0, 6), "neither the boldest nor the most timid"
+def test_an_old_kind_is_refused_with_the_one_that_does_its_work() -> None:
+    with pytest.raises(ValueError, match="it is `gauss-newton` now"):
+        parse_optimizer("levenberg-marquardt")
 
 
 @pytest.mark.parametrize("expensive", [False, True])
@@ -219,13 +206,6 @@ def test_a_product_that_is_not_finite_is_infinite_and_remembered_as_such(tmp_pat
         problem.objective.residuals = lambda values, free: (np.full(3, np.nan), np.eye(3))  # type: ignore[method-assign]
         assert np.isposinf(problem.product(x)).all()
         assert problem.journal.replayed == replayed
-
-
-def test_levenberg_marquardt_says_why_it_ended() -> None:
-    optimizer = parse_optimizer({"kind": "levenberg-marquardt", "tolerance": 1e-3})
-    outcome = optimizer.minimize(search("many", 4), np.full(4, 0.4), np.random.default_rng(0))
-    assert outcome.converged
-    assert outcome.sentence == "the sum of squares fell by less than 0.001 of itself"
 
 
 def test_gauss_newton_asks_for_no_derivatives_that_no_step_will_use() -> None:

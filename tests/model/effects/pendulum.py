@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from identify.model.effects.base import parse_effect
-from identify.model.modes import undamped_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.points import Point
 from identify.robot.urdf import read_urdf
 from tests.arms import initial
+from tests.model.undamped import undamped_modes
 
 PENDULUM = """<robot name="pendulum">
 <link name="ground"><inertial><origin xyz="0 0 0"/><mass value="50"/>

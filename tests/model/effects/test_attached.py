@@ -4,6 +4,7 @@ of the engine.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,10 @@ import pytest
 from identify.core.errors import InputError
 from identify.model.effects.base import parse_effect
 from identify.model.system import assemble, build_site, list_parameters
-from identify.robot.description import Link
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.pose import pose
-from identify.robot.posture import at_posture, attach
+from identify.robot.posture import Body, at_posture
 from tests.arms import arm, initial, system
 from tests.model.effects.pendulum import DRIVE, frequency
 from tests.robot.random_arm import random_posture
@@ -131,15 +131,10 @@ def test_resonator_is_a_sliding_body_of_the_engine(axis: str, tmp_path: Path) ->
     mass, _, stiffness = model.matrices(initial(parameters))
     springs = {parameter.name: parameter.initial for parameter in parameters}
     own = np.diag([springs[f"{name}.stiffness"] for name in model.coordinates])
-    engine = Engine(
-        attach(
-            at_posture(robot, posture),
-            "hose",
-            "link3",
-            pose(place),
-            Link("hose", m, np.zeros(3), 1e-9 * np.eye(3)),
-        )
-    )
+    bare = at_posture(robot, posture)
+    parent, frame = bare.frame("link3", "here")
+    hose = Body("hose", parent, frame @ pose(place), m, np.zeros(3), 1e-9 * np.eye(3))
+    engine = Engine(replace(bare, bodies=(*bare.bodies, hose)))
     chosen = [engine.mechanism.coordinates.index(name) for name in (*model.coordinates[:-1], f"hose.t{axis}")]
     assert mass == pytest.approx(engine.mass_matrix()[np.ix_(chosen, chosen)], abs=1e-8 * np.abs(mass).max())
     gravity = engine.gravity_stiffness()[np.ix_(chosen, chosen)]

@@ -13,11 +13,12 @@ from pydantic import ValidationError
 from identify.core.errors import InputError
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.frf import frf, frf_by_solve
-from identify.model.modes import complex_modes, undamped_modes
+from identify.model.modes import complex_modes
 from identify.model.system import build_site, list_parameters
 from identify.robot.urdf import read_urdf
 from tests.arms import arm, initial, system
 from tests.model.effects.pendulum import DRIVE, PENDULUM, frequency, pendulum
+from tests.model.undamped import undamped_modes
 from tests.robot.random_arm import random_posture
 
 

@@ -18,12 +18,12 @@ from identify.core.errors import InputError
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.effects.beam import slices
 from identify.model.frf import frf_by_solve
-from identify.model.modes import undamped_modes
 from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Link, Robot
 from identify.robot.dh import read_dh
 from identify.robot.urdf import read_urdf
 from tests.arms import arm, initial
+from tests.model.undamped import undamped_modes
 from tests.robot.random_arm import general_arm, random_posture, write
 
 ROOT = Path(__file__).parents[3]

@@ -83,7 +83,7 @@ def test_default_bounds_of_a_cubic_spring_hold_those_of_hammers_on_large_arms_an
         ({"kind": "hardening-stiffness", "joints": [2], "cubic": {"initial": 1e9}}, 1e-6, 1e6),
     ],
 )
-def test_a_blow_that_makes_the_torque_negligible_gives_the_linear_frfs(
+def test_an_impact_that_makes_the_torque_negligible_gives_the_linear_frfs(
     effect: dict[str, Any], lost: float, felt: float, tmp_path: Path
 ) -> None:
     linear, values = _target(tmp_path, {"kind": "window-decay"})
@@ -167,7 +167,7 @@ def test_levels_are_needed_by_these_effects_only() -> None:
     assert needing == {"joint-friction", "hardening-stiffness"}
 
 
-def test_a_locked_joint_and_a_blow_that_was_not_stated_are_refused(
+def test_a_locked_joint_and_an_impact_that_was_not_stated_are_refused(
     tmp_path: Path, tested: Callable[[str], Path]
 ) -> None:
     system, _ = model(
@@ -277,7 +277,7 @@ def test_it_is_found_in_a_simulated_test(
 
 @pytest.fixture(scope="module")
 def rubbing(tested: Callable[[str], Path]) -> Problem:
-    """A test of an arm with friction, two levels, whose impacts were not quite as told."""
+    """A test of an arm with friction, two levels, whose impacts were not quite as stated."""
     path = _study(tested("friction_j2"), [FRICTION])
     study = json.loads(path.read_text()) | {"uncertainty": {"impacts": {"strength": 0.3, "duration": 0.2}}}
     for one, factor in zip(study["measurements"], (0.6, 1.4), strict=True):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Index
-from identify.discovery.thinned import thinned
+from identify.discovery.decimated import decimated
 from identify.vibration.costs import information as information_module
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.information import information_by_force
@@ -35,7 +35,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
     path = tmp_path_factory.mktemp("study") / "study.yaml"
     path.write_text(f"{text.replace('effects:', _WINDOW, 1)}\n{_STATED}")
-    return thinned(load_problem(read_study(path)))
+    return decimated(load_problem(read_study(path)))
 
 
 def _values(problem: Problem) -> Array:

@@ -1,4 +1,4 @@
-"""What the posterior of FRFs and errors of what was told says of how its residuals bend."""
+"""What the posterior of FRFs and nuisance parameters says of how its residuals bend."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Scale
-from identify.discovery.thinned import thinned
+from identify.discovery.decimated import decimated
 from identify.model.effects.base import parse_effect
 from identify.vibration.costs import frf_least_squares
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
@@ -19,7 +19,7 @@ from tests.hidden import config_of
 from tests.shared import shared
 
 CONFIG = Path(__file__).parents[3] / "configs" / "arm_hammer_test.yaml"
-_SOFTNESS = 3.0
+_TEMPERATURE = 3.0
 
 
 @pytest.fixture(scope="module")
@@ -28,7 +28,7 @@ def problem(tmp_path_factory: pytest.TempPathFactory) -> Problem:
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
     path = tmp_path_factory.mktemp("study") / "study.yaml"
     path.write_text(f"{text}\nuncertainty: typical\n")
-    return thinned(load_problem(read_study(path)))
+    return decimated(load_problem(read_study(path)))
 
 
 def _sides(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
@@ -43,7 +43,7 @@ def _sides(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
 def test_bend_is_that_of_every_residual(residual: str, problem: Problem) -> None:
     free, (values, sides) = Scale(problem.parameters).free, _sides(problem)
     cost = FrfLeastSquares.model_validate({"residual": residual})
-    objective = PosteriorObjective(cost, problem.targets(), _SOFTNESS)
+    objective = PosteriorObjective(cost, problem.targets(), _TEMPERATURE)
     objective.product(values, free)
     expected, likelihood = np.zeros(len(free)), objective._likelihood
     for target in problem.targets().frf:
@@ -52,7 +52,7 @@ def test_bend_is_that_of_every_residual(residual: str, problem: Problem) -> None
         away = sum(likelihood.residuals_of(target, target.predict(side))[0] for side in sides) - 2 * here
         expected += np.einsum("loik,loi->k", np.conj(slopes * weight[..., None]), away).real
     bend = objective.bend(values, free, sides)
-    assert bend == pytest.approx(expected / _SOFTNESS**2, rel=1e-9, abs=1e-9 * np.abs(expected).max())
+    assert bend == pytest.approx(expected / _TEMPERATURE, rel=1e-9, abs=1e-9 * np.abs(expected).max())
     assert np.abs(expected).max() > 1.0
 
 
@@ -64,7 +64,7 @@ def test_bend_is_not_told_where_impacts_are_simulated(tmp_path: Path) -> None:
     effect = parse_effect({"kind": "joint-friction", "joints": [2]})
     told = load_problem(read_study(config))
     whole = with_effects(with_uncertainty(told, IMPACTS_ALONE), [*told.file.study.effects, effect], {})
-    objective, free = PosteriorObjective(FrfLeastSquares(), (few := thinned(whole)).targets()), np.arange(2)
+    objective, free = PosteriorObjective(FrfLeastSquares(), (few := decimated(whole)).targets()), np.arange(2)
     assert few.targets().simulated
     objective.product(few.initial, free)
     assert objective.bend(few.initial, free, np.array([few.initial, few.initial])) is None

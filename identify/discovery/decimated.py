@@ -25,7 +25,7 @@ _LEAST = 8
 """Lines of the lower part of a band at least."""
 
 
-def thinned(problem: Problem) -> Problem:
+def decimated(problem: Problem) -> Problem:
     """The same problem with few frequency lines in every measurement that is fitted, and no other
     measurement.
     """

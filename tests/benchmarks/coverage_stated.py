@@ -1,5 +1,5 @@
-"""How often the 95 % intervals of a fit with stated uncertainty hold the truth where what is told is really a
-little wrong: python -m tests.benchmarks.coverage_told [--uncertainty careful|typical] [--seeds 200].
+"""How often the 95 % intervals of a fit with stated uncertainty hold the truth where what is stated is really
+a little wrong: python -m tests.benchmarks.coverage_stated [--uncertainty careful|typical] [--seeds 200].
 
 The arm told and its postures stay as they are.  For every seed the arm is soiled anew
 (`tests.generator.dirt`), hit with new impacts by a hammer held askew anew, and recorded with new noise; then
@@ -121,7 +121,7 @@ def table(rows: list[Row]) -> str:
 
 def main() -> None:
     """Run the seeds that are not yet in the file, and print the table."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.coverage_told", description=__doc__)
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.coverage_stated", description=__doc__)
     parser.add_argument("--uncertainty", choices=sorted(DIRT), default="careful")
     parser.add_argument("--seeds", type=int, default=200)
     parser.add_argument("--first", type=int, default=1, help="the first seed")

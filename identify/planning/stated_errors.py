@@ -1,4 +1,4 @@
-"""Errors of what was told (`uncertainty:` of the study) as unknowns of a test that is to be done.
+"""Nuisance parameters (`uncertainty:` of the study) as unknowns of a test that is to be done.
 
 Errors of links and lengths go along from the fit, with the covariance that it found; those of sensors, gains,
 impacts and joint angles come anew with the test, as they were stated.
@@ -37,10 +37,10 @@ def prior(nuisances: Nuisances, known: Known, before: Array, anew: bool) -> Arra
     the parameters first; anew: whether the data of the fit do not count.
     """
     found = scipy.linalg.block_diag(before, np.eye(len(nuisances.entries)))
-    told, size, unknowns = known.told, len(known.names), len(before)
-    if told is None or anew or not nuisances.entries:
+    fitted, size, unknowns = known.fitted, len(known.names), len(before)
+    if fitted is None or anew or not nuisances.entries:
         return np.asarray(found)
-    places = {name: size + number for number, name in enumerate(told.names)}
+    places = {name: size + number for number, name in enumerate(fitted.names)}
     lasting = [
         (unknowns + number, places[one.place, one.change])
         for number, one in enumerate(nuisances.entries)
@@ -48,12 +48,12 @@ def prior(nuisances: Nuisances, known: Known, before: Array, anew: bool) -> Arra
     ]
     own = [*range(size), *(number for number, _ in lasting)]
     kept = [*range(size), *(row for _, row in lasting)]
-    found[np.ix_(own, own)] = np.linalg.inv(told.covariance[np.ix_(kept, kept)])
+    found[np.ix_(own, own)] = np.linalg.inv(fitted.covariance[np.ix_(kept, kept)])
     return np.asarray(found)
 
 
 @dataclass(frozen=True)
-class Told:
+class StatedErrors:
     """What errors do at a posture (joints,), rad, of a system there."""
 
     known: Known

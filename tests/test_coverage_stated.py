@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.benchmarks.coverage_told import Row, table, told
+from tests.benchmarks.coverage_stated import Row, table, told
 from tests.generator.dirt import CAREFUL, soil
 
 

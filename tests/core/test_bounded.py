@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
-from identify.discovery.sparse.bounded import bounded_step
+from identify.core.bounded import bounded_step
 
 
 @pytest.mark.parametrize("seed", range(20))
