@@ -174,8 +174,7 @@ def _evaluated(
     problem: Problem, trial: Trial, *, key: str, measured: Mapping[str, MeasuredModes | None]
 ) -> results.FitResult:
     """The result of a trial; what it says of data that were not fitted is known already where nuisance
-    parameters
-     were fitted along in it.
+    parameters were fitted along in it.
     """
     known = problem.validated and problem.file.study.uncertainty not in (None, FORMS_ALONE, IMPACTS_ALONE)
     elsewhere = trial.gap_validation if known else None

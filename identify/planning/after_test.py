@@ -61,9 +61,7 @@ class AfterTest:
     _stated: dict[int, StatedErrors] = field(default_factory=dict)
 
     def precision(self, chosen: Chosen) -> Array:
-        """(u + e, u + e): inverse covariance, after a test, of the unknowns and of the nuisance parameters
-        .
-        """
+        """(u + e, u + e): inverse covariance, after a test, of the unknowns and the nuisance parameters."""
         planned = [self._planned(int(number), chosen) for number in chosen[0]]
         nuisances = nuisances_of(self.known, planned)
         weak = prior(nuisances, self.known, self.weak, anew=True)

@@ -54,6 +54,7 @@ _MOST_ENTERED, _TRIED = 8, 3
 _GLANCED, _SETTLED = 4, 2
 """Steps of every trial, and how many of them, the best, are fitted to their end."""
 _FAR = 3 * CLOSED
+"""Gap from which a fit with links as stated is not pruned."""
 _WIDENED = (0.25, 0.5, 1.0)
 """Shares of the band, from low to high."""
 

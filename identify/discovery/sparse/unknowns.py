@@ -128,9 +128,7 @@ class Unknowns:
 
     @cached_property
     def reference(self) -> Array:
-        """(f,) on the search scale: where priors are centred; zero for compliances and nuisance parameters
-        .
-        """
+        """(f,) on the search scale: where priors are centred; zero for compliances and nuisances."""
         return np.where(self.springs | self.nuisances, 0.0, self.to_x(self.problem.initial))
 
     @cached_property
