@@ -46,6 +46,19 @@ def test_errors_at_modes_are_those_of_the_magnitude() -> None:
     assert [float(cell) for cell in table.rows[0][1:]] == pytest.approx([2, 5, 10, 20], rel=1e-3)
 
 
+def test_what_the_model_does_not_move_has_no_error() -> None:
+    links = list(dict.fromkeys(frf_result().measurements["posture1"].geometry.point_links))
+    one = measurement({links[0]: 0.0})
+    assert one.frf is not None
+    [table] = amplitude_tables([one])
+    assert links[0] not in [column.heading for column in table.columns]
+    errors = magnitude_errors(one, one.frf)
+    assert np.isnan(errors).any()
+    np.testing.assert_allclose(errors[np.isfinite(errors)], 0.0, atol=1e-12)
+    whole = mode_error_table([one])
+    assert whole is not None and float(whole.rows[0][-1]) == pytest.approx(0.0, abs=1e-9)
+
+
 def test_without_measured_modes_nothing_is_told() -> None:
     one = replace(measurement({}), pairs=None)
     assert mode_error_table([one]) is None

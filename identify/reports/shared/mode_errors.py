@@ -8,12 +8,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.reports.kit.cells import Column, Table, percent, ready, words
 from identify.results.fit import FrfComparison, MeasurementResult
 
 NEAR = 0.05
 """Of a measured mode's frequency, within which a model's peak is its own."""
+_STILL = 1e-8
+"""Times the largest FRF, that of a point which the model does not move but for rounding."""
 
 
 def mode_error_table(measurements: Sequence[MeasurementResult]) -> Table | None:
@@ -30,7 +32,7 @@ def mode_error_table(measurements: Sequence[MeasurementResult]) -> Table | None:
     ]
     note = (
         "Means of absolute errors, model over measured. Magnitude: of the highest line within"
-        f" {100 * NEAR:g} % of each measured mode, over modes and FRFs."
+        f" {100 * NEAR:g} % of each measured mode, over modes and FRFs that the model moves."
     )
     return Table.of("Errors at the measured modes", heads, rows, note)
 
@@ -55,11 +57,13 @@ def amplitude_tables(measurements: Sequence[MeasurementResult]) -> list[Table]:
 def _amplitudes(m: MeasurementResult, frf: FrfComparison) -> list[Table]:
     of = dict(zip(map(str, m.geometry.nodes), m.geometry.point_links, strict=True))
     own = np.array([of.get(output.split(":")[0], "") for output in frf.output])
-    links = [link for link in dict.fromkeys(m.geometry.point_links) if link in own]
     modes, (model, measured) = _modes(m, frf), _heights(m, frf)
+    moved = _moved(frf)
+    links = [link for link in dict.fromkeys(m.geometry.point_links) if link in own[moved]]
     if len(links) < 2 or not len(modes):
         return []
-    ratios = [model[:, own == link].mean(axis=1) / measured[:, own == link].mean(axis=1) for link in links]
+    of_link = [moved & (own == link) for link in links]
+    ratios = [model[:, some].mean(axis=1) / measured[:, some].mean(axis=1) for some in of_link]
     columns = [
         Column("Measured mode", "Hz", modes),
         *(
@@ -72,13 +76,15 @@ def _amplitudes(m: MeasurementResult, frf: FrfComparison) -> list[Table]:
 
 
 def magnitude_ratios(m: MeasurementResult, frf: FrfComparison) -> Array:
-    """(modes, pairs): height of the model over the measured one at the measured modes within the band."""
+    """(modes, pairs): height of the model over the measured one at the measured modes within the band, NaN
+    where the model does not move.
+    """
     model, measured = _heights(m, frf)
-    return np.asarray(model / measured)
+    return np.where(_moved(frf), model / measured, np.nan)
 
 
 def magnitude_errors(m: MeasurementResult, frf: FrfComparison) -> Array:
-    """Mean error of the magnitude of each FRF (pairs,) over the measured modes, NaN without modes."""
+    """Mean error of the magnitude of each FRF (pairs,) over the measured modes, NaN where there is none."""
     ratios = magnitude_ratios(m, frf)
     return np.abs(ratios - 1).mean(axis=0) if len(ratios) else np.full(len(frf.output), np.nan)
 
@@ -92,6 +98,12 @@ def _heights(m: MeasurementResult, frf: FrfComparison) -> tuple[Array, Array]:
         near = away <= max(NEAR, away.min())  # at least the nearest line
         model[n], measured[n] = (np.abs(h[near]).max(axis=0) for h in (frf.fitted, frf.measured))
     return model, measured
+
+
+def _moved(frf: FrfComparison) -> Mask:
+    """(pairs,): which FRFs the model has at all."""
+    size = np.abs(frf.fitted).max(axis=0)
+    return np.asarray(size > _STILL * size.max(initial=0.0))
 
 
 def _modes(m: MeasurementResult, frf: FrfComparison) -> Array:
