@@ -256,7 +256,7 @@ def _stage(
         now = time.perf_counter()
         rows.append((count, best, now - began))
         progress.rows.append((number, position, count, best, now - progress.began))
-        progress.show(number, plan.starts, stage.optimizer.kind, count, _ended_within(stage, plan, best))
+        progress.show(number, plan.starts, stage.optimizer.kind, count, _shown(stage, plan, best))
 
     target = plan.target_cost if stage.objective is plan.objective else 0.0
     part = _part(plan.parameters, stage, values)
@@ -276,10 +276,10 @@ def _taken(number: int, stage: Stage, led: Led, plan: FitPlan, progress: Progres
     for count, best, _ in led.rows:
         progress.rows.append((number, led.position, count, best, since))
     for count, best, _ in led.rows[-1:]:
-        progress.show(number, plan.starts, stage.optimizer.kind, count, _ended_within(stage, plan, best))
+        progress.show(number, plan.starts, stage.optimizer.kind, count, _shown(stage, plan, best))
 
 
-def _ended_within(stage: Stage, plan: FitPlan, best: float) -> float:
+def _shown(stage: Stage, plan: FitPlan, best: float) -> float:
     """The best cost of a stage, NaN where that is not the cost of the result."""
     return best if stage.objective is plan.objective else np.nan
 

@@ -53,8 +53,7 @@ class Chirp(BaseModel):
     load_cell_turn_deg: float = Field(
         0.0,
         description="how far the cell's axes are turned about the spindle's from those of F_x to those of"
-        " F_y;"
-        " 180 where it tells the opposite force; a channel such as 13:-Y is the negative of 13:+Y",
+        " F_y; 180 where it tells the opposite force; a channel such as 13:-Y is the negative of 13:+Y",
     )
     spindle_kg: float = Field(0.0, ge=0, description="what hangs beyond the load cell: spindle, holder, tool")
     accelerometer: tuple[str, str] | None = Field(

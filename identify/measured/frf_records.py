@@ -67,8 +67,7 @@ class FrfFileOptions(BaseModel):
         None,
         ge=0,
         description="decay sigma of exp(-sigma t) put on force and response; or {percent: 1, at_s: 2}: what"
-        " the"
-        " window leaves at the end of records of that length",
+        " the window leaves at the end of records of that length",
     )
     record_s: float | None = Field(
         None,

@@ -116,7 +116,6 @@ def beside(sets: list[FrfSet]) -> FrfSet:
         for row, channel in enumerate(one.outputs):
             known.setdefault(channel, (one, row))
     rows = list(known.values())
-
     averages = [one.averages for one in sets if one.averages is not None]
     return replace(
         first,

@@ -62,9 +62,9 @@ class Estimation(BaseModel):
     signals: dict[str, str] | None = Field(
         None,
         min_length=1,
-        description="broadband, impacts with `hits`: where the signals of a log stand: {'joint2:motor [N"
-        " m]': name}; names as in"
-        " records of motion, with [:,1] for a column; `time_s` for the times",
+        description="broadband, impacts with `hits`: where the signals of a log stand:"
+        " {'joint2:motor [N m]': name}; names as in records of motion, with [:,1] for a column; `time_s` for"
+        " the times",
     )
     sample_rate_hz: float | None = Field(
         None,

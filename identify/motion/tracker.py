@@ -2,7 +2,7 @@
 tool was.
 
 A circle looks the same turned about its axis, so that only its beginning and end tell a turn from an offset
-in time: both are found together, the turn in closed form (Kabsch 1976) for each offset.
+in time: both are found together, the turn in closed form for each offset.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
+from identify.core.closest_turn import closest_turn
 
 _STEP = 0.5
 """Steps of the first search, in samples of the record."""
@@ -35,11 +36,10 @@ class Registration:
         """What it took away, and what is left."""
         return (
             f"{record}: the tracker has a frame and a clock of its own; an offset of"
-            f" {1e3 * self.offset_s:.2f} ms, a"
-            f" turn of {np.degrees(self.angle):.3g}° and a shift of {np.linalg.norm(self.shift):.4g} m lay"
-            f" it on"
-            f" the path of the drives, {1e6 * self.left:.0f} µm (RMS) are left; what the arm itself lags,"
-            " turns or sags by is taken away with them"
+            f" {1e3 * self.offset_s:.2f} ms, a turn of {np.degrees(self.angle):.3g}° and a shift of"
+            f" {np.linalg.norm(self.shift):.4g} m lay it on the path of the drives,"
+            f" {1e6 * self.left:.0f} µm (RMS) are left; what the arm itself lags, turns or sags by is taken"
+            " away with them"
         )
 
 
@@ -71,8 +71,5 @@ def registered(seen: Array, time_s: Array, path: Array, most_s: float) -> Regist
 
 def _turned(seen: Array, path: Array) -> tuple[Array, float]:
     """The rotation (3, 3) that lays centred places on a centred path, and the RMS distance left, m."""
-    a, b = seen - seen.mean(axis=0), path - path.mean(axis=0)
-    u, _, v = np.linalg.svd(b.T @ a)
-    keep = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ v))])
-    turn = u @ keep @ v
+    a, b, turn = seen - seen.mean(axis=0), path - path.mean(axis=0), closest_turn(seen, path)
     return turn, float(np.sqrt(np.mean(np.sum((a @ turn.T - b) ** 2, axis=1))))

@@ -10,7 +10,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.core.arrays import Array, Complex, Texts
+from identify.core.arrays import Array, Complex, Mask, Texts
 from identify.results.header import KeyedHeader
 from identify.results.tables import Geometry, Modes, ParameterTable, StartTable
 
@@ -73,6 +73,11 @@ class FrfComparison:
     relative_error: Array
     frac: Array
     area_error: Array
+
+    @property
+    def moved(self) -> Mask:
+        """(pairs,): which of them the model moves."""
+        return np.asarray(np.any(self.fitted, axis=0))
 
     @property
     def noun(self) -> Noun:

@@ -122,9 +122,9 @@ def _found(as_stated: Stated, first: Score, gap: float) -> Found:
     every = _put_right(as_stated, [decision, *decision.others[:_OTHERS]])
     if every and min(every, key=_gap).decision.factor is not None:
         every += _put_right(as_stated, decision.level[:_OTHERS])
-    if not every or min(map(_gap, every)) >= gap:
+    least = min(map(_gap, every), default=gap)
+    if least >= gap:
         return Found(Looked(gap), first)
-    least = min(map(_gap, every))
     alike = [one for one in every if one.gap <= _TOLD_APART * least]
     best = min(alike, key=lambda one: (len(_mistakes(one.decision)), one.gap))
     mistakes = _mistakes(best.decision)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.closest_turn import closest_turn
 from identify.core.errors import InputError
 from identify.measured.finding import Finding, listing
 from identify.measured.geometry import MeasuredGeometry
@@ -87,15 +88,12 @@ def _compared(ours: MeasuredGeometry, theirs: MeasuredGeometry, said: str) -> Fi
 
 
 def _laid_on(place: Array, other: Array) -> tuple[Array, float]:
-    """The rotation (3, 3) of rows that lays places (n, 3) of the file on ours, and how far apart they stay
-    (Kabsch, Acta Cryst. A 32 (1976) 922).
+    """The rotation (3, 3) of rows that lays places (n, 3) of the file on ours, and how far apart they stay.
 
     Where points on a line leave a turn about it open, no turn at all is taken if it does as well.
     """
     own, from_file = place - place.mean(axis=0), other - other.mean(axis=0)
-    u, _, vh = np.linalg.svd(from_file.T @ own)
-    flip = np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vh))])
-    found = u @ flip @ vh
+    found = closest_turn(from_file, own).T
     left = [float(np.linalg.norm(from_file @ turn - own)) for turn in (np.eye(3), found)]
     as_it_stands = left[0] <= left[1] + 1e-3 * float(np.linalg.norm(own))
     return (np.eye(3), left[0]) if as_it_stands else (found, left[1])

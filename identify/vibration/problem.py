@@ -268,8 +268,8 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
 
 
 def systems_with(problem: Problem, effects: Sequence[Effect]) -> list[System]:
-    """The model at each measurement with effects beyond those of the study, without targets: what effects add
-    to the matrices needs neither.
+    """The model at each measurement with effects beyond those of the study, alone: what these add to the
+    matrices needs neither targets nor nuisance parameters.
 
     Raises InputError where the effects do not fit the robot or each other.
     """

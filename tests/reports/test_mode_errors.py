@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identify.reports.shared.measurement_tables import frf_table
 from identify.reports.shared.mode_errors import amplitude_tables, magnitude_errors, mode_error_table
 from identify.results.fit import MeasurementResult, ModePairs
 from tests.reports.sample import frf_result
@@ -57,6 +58,8 @@ def test_what_the_model_does_not_move_has_no_error() -> None:
     np.testing.assert_allclose(errors[np.isfinite(errors)], 0.0, atol=1e-12)
     whole = mode_error_table([one])
     assert whole is not None and float(whole.rows[0][-1]) == pytest.approx(0.0, abs=1e-9)
+    headings = [column.heading for column in frf_table("posture1", one.frf, errors).columns]
+    assert any("Magnitude error" in heading for heading in headings), "of the FRFs that it does move"
 
 
 def test_without_measured_modes_nothing_is_told() -> None:

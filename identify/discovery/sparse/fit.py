@@ -55,6 +55,10 @@ class Found:
         """With all effects."""
         return self.unknowns.problem
 
+    def new(self, effects: Sequence[Effect]) -> list[Effect]:
+        """Those of other effects that it does not have."""
+        return [one for one in effects if one not in self.effects]
+
     @property
     def log_evidence(self) -> float:
         """Logarithm of the marginal likelihood but for a constant: nuisance parameters integrated out
@@ -135,11 +139,10 @@ def settled(found: Found, steps: int = _MORE) -> Found:
 
 def afresh(found: Found) -> Found:
     """The fit from usual bearings, rigid links and no errors again, with all else as it was found: a fit that
-    made up for something else than it has now is in a valley of its own.
+    compensated for something else than it has now is in a valley of its own.
     """
     unknowns, usual = found.unknowns, _usual(found.unknowns)
-    late = np.array([name.endswith(".retardation_time") for name in unknowns.names], dtype=bool)
-    x = np.where(unknowns.springs | unknowns.nuisances | late, usual, found.x)
+    x = np.where(unknowns.springs | unknowns.nuisances | unknowns.times, usual, found.x)
     x = _led(unknowns, x, found.until)
     return _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until)
 
@@ -154,7 +157,7 @@ def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
     """Unknowns with other effects, and where they begin."""
     model = with_more(found.study, effects)
-    new = tuple(one for one in effects if one not in found.effects)
+    new = found.new(effects)
     entered = (*found.unknowns.entered, *(new if len(new) == 1 else ()))
     unknowns = Unknowns(model, len(found.study.file.study.effects), entered)
     known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}

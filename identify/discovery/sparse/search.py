@@ -160,19 +160,25 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
     """
     each_costs, others, shares = price(found.unknowns.count), list[Found](), dict[str, float]()
     for _ in range(most):
-        if (found.gap < CLOSED and believable(found.problem, found.values)) or story.late:
+        believed = believable(found.problem, found.values)
+        if (found.gap < CLOSED and believed) or story.late:
             break
         # What fits the data by errors that are far out can only be what those are errors of.
         trials = _linear(found) if found.gap < CLOSED else _trials(found)
         likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
-        fitted = _tried(found, _worth(found, likely, each_costs), each_costs, shares)
-        likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs), default=found)
+        worth = _worth(found, likely, each_costs)
+        if not worth:
+            break
+        # Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
+        stated = {} if believed else {one.name: 0.0 for one in found.problem.nuisances.entries}
+        fitted = _tried(found, worth, stated, each_costs, shares)
+        likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
         best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-        if not believable(found.problem, found.values):
+        if not believed:
             best = min([best, afresh(best)], key=_objective)
         if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
             break
-        new = [one for one in best.effects if one not in found.effects] or [best.effects[-1]]
+        new = found.new(best.effects) or [best.effects[-1]]
         story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
         rivals = [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
         found, others = best, rivals
@@ -213,24 +219,28 @@ def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Tri
     most = sorted(worth, key=lambda one: each_costs * one.size - one.gain)
     of_kind = dict[str, Trial]()
     for one in sorted((one for one in most[_TRIED:] if one.size), key=lambda one: -one.gain / one.size):
-        [*_, new] = [effect for effect in one.effects if effect not in found.effects]
+        [*_, new] = found.new(one.effects)
         of_kind.setdefault(new.kind, one)
     return [*most[:_TRIED], *list(of_kind.values())[:_TRIED]]
 
 
 def _new(found: Found, trial: Trial) -> str:
     """What a trial adds, in words."""
-    return ", ".join(one.sentence() for one in trial.effects if one not in found.effects)
+    return ", ".join(one.sentence() for one in found.new(trial.effects))
 
 
-def _tried(found: Found, trials: Sequence[Trial], each_costs: float, shares: dict[str, float]) -> list[Found]:
-    """The fit gone on with each trial, the most promising after a few steps to their end; shares: of what
-    was foreseen, what trials gained, which is known better than the first order of what they would gain now.
-
-    Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
+def _tried(
+    found: Found,
+    trials: Sequence[Trial],
+    start: Mapping[str, float],
+    each_costs: float,
+    shares: dict[str, float],
+) -> list[Found]:
+    """The fit gone on with each trial, the most promising after a few steps to their end; start: values that
+    all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
+    than the first order of what they would gain now.
     """
-    stated = {} if believable(found.problem, found.values) else _as_stated(found.problem)
-    glanced = [(one, gone_on(found, one.effects, stated | dict(one.values), _GLANCED)) for one in trials]
+    glanced = [(one, gone_on(found, one.effects, {**start, **one.values}, _GLANCED)) for one in trials]
     glanced.sort(key=lambda pair: _costs(pair[1], each_costs))
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
@@ -242,19 +252,13 @@ def _tried(found: Found, trials: Sequence[Trial], each_costs: float, shares: dic
     return fitted
 
 
-def _as_stated(problem: Problem) -> dict[str, float]:
-    """No errors of what was stated."""
-    return {one.name: 0.0 for one in problem.nuisances.entries}
-
-
 def _ended(found: Found, fit: Found) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
     """
     more = settled(fit)
-    new = [one for one in fit.effects if one not in found.effects]
-    several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in new)
+    several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in found.new(fit.effects))
     return more if more.gap < CLOSED or not several else _recognised(more)
 
 

@@ -80,6 +80,11 @@ class Unknowns:
         return np.array([name.endswith(".compliance") for name in self.names], dtype=bool)
 
     @cached_property
+    def times(self) -> Mask:
+        """Retardation times."""
+        return np.array([name.endswith(".retardation_time") for name in self.names], dtype=bool)
+
+    @cached_property
     def nuisances(self) -> Mask:
         """Nuisance parameters, in their standard deviations."""
         return np.array([self.problem.parameters[n].nuisance for n in self.free], dtype=bool)
@@ -113,8 +118,7 @@ class Unknowns:
 
     def _entered(self, own: Index) -> bool:
         """Whether unknowns are those of an effect that has a size, which no price takes away."""
-        timed = [self.names[n].endswith(".retardation_time") for n in own]
-        return bool(np.any(self.log[own] & ~np.array(timed, dtype=bool)))
+        return bool(np.any(self.log[own] & ~self.times[own]))
 
     def away(self, x: Array) -> Array:
         """(f,): how far x is from where nothing is added, on the search scale; all that an effect with a

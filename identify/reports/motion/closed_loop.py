@@ -34,8 +34,7 @@ def extremes_table(frfs: dict[str, ClosedLoopFrfs]) -> Table:
     ]
     note = (
         "Dip and peak: of the motor's acceleration per its torque, those that stand out most, between lines"
-        " by a"
-        " parabola. Gains: of the motor's velocity, over the excited band."
+        " by a parabola. Gains: of the motor's velocity, over the excited band."
     )
     rows = [row for name, one in frfs.items() for row in _rows(name, one)]
     return Table.of("FRFs in the closed loop", heads, rows, note)

@@ -188,8 +188,7 @@ def _glitch_table(name: str, g: Glitches) -> Table:
     ]
     note = (
         "What the friction of a joint adds to the radial error, outwards positive, within 30° behind where"
-        " it turns"
-        " round: the model with it less the model without."
+        " it turns round: the model with it less the model without."
     )
     return Table(f"Glitches of {name} by joint", columns, note)
 

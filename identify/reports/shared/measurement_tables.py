@@ -127,10 +127,9 @@ def error_table(result: FitResult) -> Table:
 def frf_table(name: str, frf: FrfComparison, at_modes: Array | None = None) -> Table:
     """Every FRF of the measurement of that name, worst first; with the gap where the noise is known.
 
-    at_modes (pairs,): errors of the magnitudes at the measured modes, where they are known.
+    at_modes (pairs,): errors of the magnitudes at the measured modes, NaN where there are none.
     """
     order = worst_first(frf)
-    known = at_modes is not None and np.isfinite(at_modes).all()
     columns = [
         words("Output", [frf.output[i] for i in order]),
         words("Input", [frf.input[i] for i in order]),
@@ -139,7 +138,7 @@ def frf_table(name: str, frf: FrfComparison, at_modes: Array | None = None) -> T
         Column("Area error", "%", frf.area_error[order], percent),
         *(
             [Column("Magnitude error at modes", "%", at_modes[order], percent)]
-            if at_modes is not None and known
+            if at_modes is not None and np.isfinite(at_modes).any()
             else []
         ),
         Column("FRAC", "", frf.frac[order]),
@@ -156,7 +155,7 @@ def pair_errors(frf: FrfComparison, pair: int) -> str:
 
 
 def _remark(frf: FrfComparison, pair: int) -> str:
-    if not np.any(frf.fitted[:, pair]):
+    if not frf.moved[pair]:
         return "the model does not move here"
     return "drive point" if is_drive_point(frf, pair) and frf.noun.one == "FRF" else ""
 

@@ -8,14 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array
 from identify.reports.kit.cells import Column, Table, percent, ready, words
 from identify.results.fit import FrfComparison, MeasurementResult
 
 NEAR = 0.05
 """Of a measured mode's frequency, within which a model's peak is its own."""
-_STILL = 1e-8
-"""Times the largest FRF, that of a point which the model does not move but for rounding."""
 
 
 def mode_error_table(measurements: Sequence[MeasurementResult]) -> Table | None:
@@ -58,11 +56,10 @@ def _amplitudes(m: MeasurementResult, frf: FrfComparison) -> list[Table]:
     of = dict(zip(map(str, m.geometry.nodes), m.geometry.point_links, strict=True))
     own = np.array([of.get(output.split(":")[0], "") for output in frf.output])
     modes, (model, measured) = _modes(m, frf), _heights(m, frf)
-    moved = _moved(frf)
-    links = [link for link in dict.fromkeys(m.geometry.point_links) if link in own[moved]]
+    links = [link for link in dict.fromkeys(m.geometry.point_links) if link in own[frf.moved]]
     if len(links) < 2 or not len(modes):
         return []
-    of_link = [moved & (own == link) for link in links]
+    of_link = [frf.moved & (own == link) for link in links]
     ratios = [model[:, some].mean(axis=1) / measured[:, some].mean(axis=1) for some in of_link]
     columns = [
         Column("Measured mode", "Hz", modes),
@@ -80,7 +77,7 @@ def magnitude_ratios(m: MeasurementResult, frf: FrfComparison) -> Array:
     where the model does not move.
     """
     model, measured = _heights(m, frf)
-    return np.where(_moved(frf), model / measured, np.nan)
+    return np.where(frf.moved, model / measured, np.nan)
 
 
 def magnitude_errors(m: MeasurementResult, frf: FrfComparison) -> Array:
@@ -98,12 +95,6 @@ def _heights(m: MeasurementResult, frf: FrfComparison) -> tuple[Array, Array]:
         near = away <= max(NEAR, away.min())  # at least the nearest line
         model[n], measured[n] = (np.abs(h[near]).max(axis=0) for h in (frf.fitted, frf.measured))
     return model, measured
-
-
-def _moved(frf: FrfComparison) -> Mask:
-    """(pairs,): which FRFs the model has at all."""
-    size = np.abs(frf.fitted).max(axis=0)
-    return np.asarray(size > _STILL * size.max(initial=0.0))
 
 
 def _modes(m: MeasurementResult, frf: FrfComparison) -> Array:

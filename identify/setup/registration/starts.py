@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from identify.core.arrays import Array
+from identify.core.closest_turn import closest_turn
 from identify.measured.uff.geometry import LENGTH_M
 from identify.robot.pose import turned
 from identify.setup.registration.align import Pairs, Task
@@ -71,12 +72,10 @@ def by_pairs(task: Task) -> Iterator[Array]:
 
 
 def fitted(places: Array, aims: Array) -> Array:
-    """The pose (4, 4) that lays places (n, 3) on aims (n, 3) (Kabsch, Acta Cryst. A 32 (1976) 922)."""
-    middle, other = places.mean(axis=0), aims.mean(axis=0)
-    u, _, vh = np.linalg.svd((places - middle).T @ (aims - other))
+    """The pose (4, 4) that lays places (n, 3) on aims (n, 3)."""
     pose = np.eye(4)
-    pose[:3, :3] = (u @ np.diag([1.0, 1.0, np.sign(np.linalg.det(u @ vh))]) @ vh).T
-    pose[:3, 3] = other - pose[:3, :3] @ middle
+    pose[:3, :3] = closest_turn(places, aims)
+    pose[:3, 3] = aims.mean(axis=0) - pose[:3, :3] @ places.mean(axis=0)
     return pose
 
 
