@@ -35,8 +35,8 @@ from identify.reports.outcome import Result, read_result
 
 if TYPE_CHECKING:
     from identify.export.base import Exported
+    from identify.measured.registration.place import Placing
     from identify.measured.source import Estimation
-    from identify.setup.registration.run import Placing
 
 __all__ = [
     "Result",
@@ -416,16 +416,20 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
 
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
+    from identify.measured.registration.run import Asked
+    from identify.measured.registration.settings import RegistrationSettings
     from identify.reports.points.write import write_points
     from identify.robot.chain import Choice
-    from identify.setup.registration.run import Asked
 
+    registration = RegistrationSettings(
+        pairs=options.pairs,
+        pair_error_m=options.pair_error,
+        angle_error_deg=options.angle_error,
+        length_unit=options.length_unit,
+    )
     asked = Asked(
         angles_of(options.posture, "--posture"),
-        options.angle_error,
-        options.pairs,
-        options.pair_error,
-        options.length_unit,
+        registration,
         Choice(options.tip, pairs_of(options.lock, "--lock")),
         words_of(options.argument, "--argument"),
     )
@@ -441,7 +445,6 @@ def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterato
     from identify.vibration.starter_robot import RobotOptions
 
     check_new(options.out)
-    yield from _points_found(robot, data, options)
     files = FrfFileOptions(columns=columns_of(options.columns), names=options.names)
     motors, held = pairs_of(options.motor, "--motor"), pairs_of(options.lock, "--lock")
     wanted = Wanted(options.mass_kg, options.base_kg, motors, options.inertias is Inertias.meshes)
@@ -451,24 +454,6 @@ def run_init(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterato
     yield f"wrote {written.config}"
     yield from written.to_do
     yield f"next: identify check {typed([written.config])}"
-
-
-def _points_found(robot: Path, data: Sequence[Path], options: InitOptions) -> Iterator[str]:
-    """Points that are missing, from the geometry in the data at a stated posture."""
-    from identify.measured.uff.geometry import has_geometry
-    from identify.reports.points.said import sentences
-
-    there = options.points or robot.parent / "points.csv"
-    if options.posture is None or not data or there.exists() or not has_geometry(data[0]):
-        return
-    wanted = PointsOptions(options.posture, options.tip, options.lock, options.argument, out=there)
-    try:
-        placing, files = run_points(robot, data[:1], wanted)
-    except InputError as error:
-        yield f"note: the geometry of the test could not be laid on the robot: {error}"
-    else:
-        yield from sentences(placing)
-        yield from (f"wrote {path}" for path in files)
 
 
 def _model(model: _Path | Result) -> Path:

@@ -29,6 +29,7 @@ __all__ = [
     "FrfFileOptions",
     "frf_files",
     "load_frf_set",
+    "load_of_any_unit",
     "load_time_history",
 ]
 
@@ -78,6 +79,22 @@ def load_frf_set(path: Path | Sequence[Path], options: FrfFileOptions | None = N
         else together(source, list(zip(files, (r for r, _ in read), strict=True)))
     )
     return to_frf_set(found, options, source, sha256_of_all([digest for _, digest in read]))
+
+
+def load_of_any_unit(files: Sequence[Path], options: FrfFileOptions) -> tuple[FrfSet, bool]:
+    """The FRFs of files, and whether they only do not say their quantity or unit, as a new study then asks.
+
+    InputError as `load_frf_set`.
+    """
+    source = files[0] if len(files) == 1 else files
+    try:
+        return load_frf_set(source, options), False
+    except InputError as error:
+        guess = options.model_copy(update={"quantity": "accelerance", "unit": "m/s^2/N"})
+        try:
+            return load_frf_set(source, guess), True
+        except InputError:
+            raise error from None
 
 
 def frf_files(path: Path | Sequence[Path]) -> list[Path]:

@@ -24,7 +24,7 @@ from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.given import posture_of
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.study import Study, read_study
-from identify.vibration.study_points import study_points
+from identify.vibration.study_points import points_of
 
 _GROWTH_DEGREE = 3
 """Of the logarithm of the noise of a test over frequency."""
@@ -98,10 +98,10 @@ def _of_study(path: Path, noise: float | None, resolution: float | None, force_n
         )
     if study.band_hz is None:
         raise InputError(f"{where}: band_hz", "missing", "the band of the test, such as [3, 80]")
-    if study.points is None:
-        raise InputError(f"{where}: points", "missing", "the points that can be hit and measured")
     robot = read_robot(study.robot, path.parent)
-    points = study_points(study, file.resolve(study.points), robot)
+    points = points_of(file, robot)
+    if not points:
+        raise InputError(f"{where}: points", "missing", "the points that can be hit and measured")
     posture = posture_of(study, study.measurements[0], robot, 0)
     effects = [effect for effect in study.effects if not isinstance(effect, MeasurementEffect)]
     with file.located():

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -102,6 +102,13 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
         else:
             written.append(text)
     return "\n".join(written) + "\n"
+
+
+def as_written(point: Point) -> Point:
+    """The point as a new file of points has it, to 0.01 mm and 0.001 degrees."""
+    turn = np.round(scipy.spatial.transform.Rotation.from_matrix(point.axes.T).as_euler("xyz", True), 3)
+    axes = np.eye(3) if not turn.any() else pose(np.zeros(3), np.radians(turn))[:3, :3].T
+    return replace(point, position=np.round(point.position, 5) + 0.0, axes=axes)
 
 
 def new_points_text(points: Mapping[int, Point]) -> str:

@@ -10,9 +10,11 @@ from typing import Any
 from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.yaml_input import flat, in_one_line, round_trip, yaml_text
-from identify.robot.points import points_text, read_points
+from identify.robot.points import new_points_text, points_text, read_points
+from identify.robot.read import read_robot
 from identify.setup.edits import Change, Edit, OnLink
 from identify.vibration.study import StudyFile
+from identify.vibration.study_points import points_of
 
 _WHAT = "corrected"
 
@@ -29,11 +31,12 @@ def write_corrected(file: StudyFile, edits: Sequence[Change], notes: Sequence[st
     data["name"] = f"{file.study.name}_{_WHAT}"
     texts = {study: ""}
     links = {edit.node: edit for edit in edits if isinstance(edit, OnLink)}
-    if links and file.study.points is not None:
-        told = file.resolve(file.study.points)
-        points = _beside(told)
-        texts[points] = _points(file, told, links)
-        data["points"] = (file.study.points.parent / points.name).as_posix()
+    if links:
+        named = file.study.points or Path("points.csv")  # those of a geometry get a file
+        points = _beside(file.resolve(named))
+        texts[points] = _points(file, links)
+        data["points"] = (named.parent / points.name).as_posix()
+        data.pop("registration", None)
     data.yaml_set_start_comment("\n".join(("Corrected by `identify check --apply`:", *notes)))
     texts[study] = yaml_text(data)
     for path in texts:
@@ -55,10 +58,14 @@ def _one_line(value: Any) -> Any:
     return flat(value) if isinstance(value, list) and not isinstance(value[0], dict) else value
 
 
-def _points(file: StudyFile, path: Path, edits: Mapping[int, OnLink]) -> str:
+def _points(file: StudyFile, edits: Mapping[int, OnLink]) -> str:
     """The text of a points file with some points on other links, in whichever frame it has them."""
-    told = read_points(path)
+    path = file.study.points
+    if path is None:
+        told = points_of(file, read_robot(file.study.robot, file.path.parent))
+    else:
+        told = read_points(file.resolve(path))
     found = {node: replace(told[node], link=edit.link) for node, edit in edits.items()}
     if file.study.points_frame == "link":
         found |= {node: edit.point for node, edit in edits.items() if edit.point is not None}
-    return points_text(path, found)
+    return new_points_text({**told, **found}) if path is None else points_text(file.resolve(path), found)

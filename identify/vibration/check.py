@@ -69,7 +69,8 @@ def checks_of(file: StudyFile) -> Checked:
 def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet]]:
     """The same, with the problem of a fit, where nothing is refused, and FRFs by names of measurements."""
     refused: list[InputError] = []
-    points = kept(lambda: read_points(file.resolve(file.study.points)) if file.study.points else {}, refused)
+    path = file.study.points
+    points = None if path is None else kept(lambda: read_points(file.resolve(path)), refused)
     names = measurement_names(file.study.measurements)
     settings = dict(zip(names, file.study.measurements, strict=True))
     sets = {
@@ -98,7 +99,7 @@ def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet
             *_masses(problem),
         ]
         for name, finding in (*rigid_link_findings(problem), *geometry_findings(problem)):
-            findings[name].append(finding)
+            (found if name == STUDY else findings[name]).append(finding)
     ordered = {name: worst_first(some) for name, some in {**findings, STUDY: found}.items()}
     return Checked(ordered, tuple(map(file.at_its_line, refused))), problem, known
 

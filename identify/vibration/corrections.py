@@ -26,7 +26,7 @@ from identify.robot.rewrite import with_bodies
 from identify.vibration.fitted_errors import corrected
 from identify.vibration.nuisances.nuisance import FORCE, posture_name
 from identify.vibration.study import StudyFile
-from identify.vibration.study_points import study_points
+from identify.vibration.study_points import points_of
 
 _ZERO = 1e-6
 """Errors, in units of what was stated, that are none: of what the data say nothing about."""
@@ -60,8 +60,9 @@ class Corrections:
         stated, study = result.uncertainty, file.study
         assert stated is not None
         nominal = read_robot(study.robot, file.path.parent)
-        points = study_points(study, file.resolve(study.points), nominal) if study.points else {}
-        return cls(file, stated, nominal, corrected(nominal, stated, result.name)[0], points)
+        return cls(
+            file, stated, nominal, corrected(nominal, stated, result.name)[0], points_of(file, nominal)
+        )
 
     def rows(self) -> Iterator[tuple[str, ...]]:
         """The cells of each error, by `COLUMNS`: of masses, moments and sensitivities relative ones, with the
@@ -105,16 +106,16 @@ class Corrections:
         return with_bodies(settings, here, self.nominal, bodies, shifts, folder)
 
     def points_text(self) -> str:
-        """The file of points with those that were found elsewhere or turned; empty without one."""
+        """The file of points with those that were found elsewhere or turned; those of
+        a geometry as a new file.
+        """
         path, found = self.file.study.points, {}
         for node, point in self.points.items():
             shift, turn = self._vector(str(node), ""), self._vector(str(node), "r")
             if np.any(shift) or np.any(turn):
                 back = scipy.spatial.transform.Rotation.from_rotvec(-turn).as_matrix()
                 found[node] = replace(point, position=point.position + shift, axes=back @ point.axes)
-        if path is None:
-            return ""
-        if self.file.study.points_frame == "base":
+        if path is None or self.file.study.points_frame == "base":
             return new_points_text({**self.points, **found})
         return points_text(self.file.resolve(path), found)
 

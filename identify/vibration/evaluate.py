@@ -103,7 +103,7 @@ def evaluate(
         published=_published(problem),
         profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
         provenance=provenance_of(problem.file),
-        description=description_of(problem.file),
+        description=description_of(problem.file, problem.points),
         uncertainty=stated,
     )
 

@@ -1,24 +1,27 @@
-"""The geometry that a universal file of FRFs brings along, beside the points of the study.
+"""The geometry that a universal file of FRFs brings along, beside the points of the study or in their place.
 
-The study's points are what is used; what the file says of the same nodes may show that they are wrong, above
-all which way the channels of a sensor look.
+The study's points, where it has some, are what is used; what the file says of the same nodes may show that
+they are wrong, above all which way the channels of a sensor look.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.closest_turn import closest_turn
 from identify.core.errors import InputError
-from identify.measured.finding import Finding, listing
+from identify.measured.finding import STUDY, Finding, listing
 from identify.measured.geometry import MeasuredGeometry
+from identify.measured.registration.place import Placing, summary
 from identify.measured.uff.geometry import has_geometry, read_geometry
 from identify.model.geometry import sensor_geometry, standing
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Measurement, Problem
+from identify.vibration.study_points import geometry_source, placing_of
 
 _TURNED = np.radians(5.0)
 """More than a sensor is turned by when it is put on by hand."""
@@ -28,8 +31,12 @@ _ELSEWHERE = 0.1
 
 def geometry_findings(problem: Problem) -> Iterator[tuple[str, Finding]]:
     """By the name of the measurement: that its file has a geometry, which is not used, and whether the
-    points of the study agree with it.
+    points of the study agree with it; of a study without points, how the geometry lies on the robot.
     """
+    placing = placing_of(problem.file, problem.robot)
+    if placing is not None:
+        yield from ((STUDY, one) for one in _laid(problem, placing))
+        return
     for measurement in problem.measurements:
         if isinstance(measurement.target, FrfTarget):
             finding = _finding(problem, measurement)
@@ -40,10 +47,28 @@ def geometry_findings(problem: Problem) -> Iterator[tuple[str, Finding]]:
 def geometry_notes(problem: Problem) -> list[str]:
     """What of these findings a fit must say."""
     return [
-        f"{name}: {one.sentence.rstrip('.')}"
+        one.sentence.rstrip(".") if name == STUDY else f"{name}: {one.sentence.rstrip('.')}"
         for name, one in geometry_findings(problem)
         if one.level == "warn"
     ]
+
+
+def _laid(problem: Problem, placing: Placing) -> Iterator[Finding]:
+    """What is to be known, and looked at, of points that come from the geometry."""
+    source = geometry_source(problem.file)
+    assert source is not None
+    axes = dict[int, set[int]]()
+    for one in problem.measurements:
+        for channel in (*one.given.outputs, *one.given.inputs):
+            axes.setdefault(channel.node, set()).add(abs(channel.direction))
+    found = replace(placing, axes=axes)
+    said = f"Points are those of the geometry of {source.path.name}: {summary(found)}."
+    yield Finding("info", "registration", (), said)
+    for note in found.notes:
+        yield Finding("warn", "registration", (), f"Of the geometry: {note}.")
+    if found.doubts:
+        each = "; ".join(f"{node} {text}" for node, text in found.doubts.items())
+        yield Finding("warn", "registration", (), f"Nodes that may be elsewhere: {each}.")
 
 
 def _finding(problem: Problem, measurement: Measurement) -> Finding | None:

@@ -4,7 +4,7 @@ and their noise.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -77,9 +77,14 @@ class Given:
 
 
 def read_given(
-    file: StudyFile, robot: Robot, known: Mapping[str, FrfSet], points: Mapping[int, Point]
+    file: StudyFile,
+    robot: Robot,
+    known: Mapping[str, FrfSet],
+    points: Mapping[int, Point],
+    off: Collection[int] = (),
 ) -> list[Given]:
-    """Every measurement of a study; known: FRFs that `read_frfs` has read already, by names of measurements.
+    """Every measurement of a study; known: FRFs that `read_frfs` has read already, by names of measurements;
+    off: nodes that lie on no link, whose channels are left out.
 
     Raises InputError or InputErrors, also where one measurement stands there twice.
     """
@@ -91,8 +96,19 @@ def read_given(
     if errors := list(doubles(list(zip(names, chosen, strict=True)))):
         raise InputErrors(errors)
     each = zip(settings, names, postures, chosen, strict=True)
-    given = collect([partial(given_of, *one) for one in each])
+    given = [_on_robot(one, off) for one in collect([partial(given_of, *one) for one in each])]
     return collect([partial(as_modelled, one, file.study.effects, robot, points) for one in given])
+
+
+def _on_robot(given: Given, off: Collection[int]) -> Given:
+    if not isinstance(given.data, FrfSet):
+        return given
+    outputs, inputs = (
+        [c for c in channels if c.motor is None and c.node in off]
+        for channels in (given.outputs, given.inputs)
+    )
+    reason = "lies on no link of the robot by the geometry of the test"
+    return replace(given, data=without(given.data, outputs, inputs, reason))
 
 
 def as_modelled(given: Given, effects: Sequence[Effect], robot: Robot, points: Mapping[int, Point]) -> Given:

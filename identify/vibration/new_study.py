@@ -16,6 +16,8 @@ _PATHS = (
     ("robot", "urdf"),
     ("robot", "dh"),
     ("points",),
+    ("registration", "geometry"),
+    ("registration", "pairs"),
     ("reference",),
     ("modal_choices",),
     ("like", "result"),

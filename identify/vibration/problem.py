@@ -38,7 +38,7 @@ from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, StudyFile
-from identify.vibration.study_points import study_points
+from identify.vibration.study_points import off_robot, placing_of, points_of
 
 
 @dataclass(frozen=True)
@@ -161,8 +161,9 @@ def load_problem(file: StudyFile, known: Mapping[str, FrfSet] | None = None) -> 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
-    points = study_points(study, file.resolve(study.points), robot) if study.points else {}
-    given = _connected(file, robot, points, read_given(file, robot, known, points))
+    points = points_of(file, robot)
+    off = off_robot(placing_of(file, robot))
+    given = _connected(file, robot, points, read_given(file, robot, known, points, off))
     nuisances = NOTHING
     if study.uncertainty is not None:
         if study.cost.likelihood:

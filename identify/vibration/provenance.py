@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from identify.core.files import read_bytes
@@ -12,6 +13,7 @@ from identify.results import tables
 from identify.results.provenance import provenance, sha256
 from identify.results.setting_table import config_settings, given_of
 from identify.results.tables import SettingTable
+from identify.robot.points import Point, new_points_text
 from identify.robot.source import read_source
 from identify.vibration.study import StudyFile
 
@@ -26,6 +28,8 @@ def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
     study = file.study
     paths = [study.robot.urdf or study.robot.dh or Path(), study.points, study.reference, study.modal_choices]
     paths.append(None if study.like is None else study.like.result)
+    if study.registration is not None:
+        paths += [study.registration.geometry, study.registration.pairs]
     for m in study.measurements:
         for path in (*m.sources, *m.repeats):
             there = file.resolve(path)
@@ -36,10 +40,13 @@ def study_inputs(file: StudyFile) -> list[tuple[str, str]]:
     return [(str(path), sha256(file.resolve(path))) for path in paths if path is not None]
 
 
-def description_of(file: StudyFile) -> results.Description:
-    """The texts of the robot's, as URDF where it was made of another, and the points' files."""
-    settings, points = file.study.robot, file.study.points
-    text = "" if points is None else _text(file.resolve(points))
+def description_of(file: StudyFile, points: Mapping[int, Point]) -> results.Description:
+    """The texts of the robot's, as URDF where it was made of another, and the points' files; points: those of
+    a study that has no file of them.
+    """
+    settings, path = file.study.robot, file.study.points
+    made = new_points_text(points) if points else ""
+    text = made if path is None else _text(file.resolve(path))
     if settings.urdf is None:
         path = settings.dh or Path()
         return results.Description(path.name, _text(file.resolve(path)), text)

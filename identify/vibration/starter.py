@@ -22,9 +22,9 @@ from identify.measured.band import suggested_band
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
-from identify.measured.loaders import frf_files, load_frf_set
+from identify.measured.geometry_file import has_nodes, nodes_alone
+from identify.measured.loaders import frf_files, load_of_any_unit
 from identify.measured.several import is_pattern
-from identify.measured.uff.geometry import has_geometry
 from identify.robot.description import Robot
 from identify.robot.joint_angles import from_ground
 from identify.vibration.starter_robot import NewRobot, RobotOptions, new_robot, relative
@@ -37,8 +37,7 @@ name: {{ name }}                     # names the result file in reports/
 robot: { {{- robot_key }}: {{ robot }}{{ robot_keys }}}
     # add `payload: [{link: {{ last_link }}, mass_kg: 5}]`
 {{ from_ground -}}
-{{ no_points -}}
-points: {{ points }}                 # node, name, link, x_m, y_m, z_m: where the channels of the data are
+{{ points -}}
 measurements:
 {%- for m in measurements %}
   - {{ m.key }}: {{ m.file }}{{ m.comment }}
@@ -126,22 +125,48 @@ def write_starter(
         raise InputError("--posture", count(len(posture), "angle"), expected)
     settings = options or FrfFileOptions()
     read = dict[Path, _Read]()
-    groups = _grouped(data, settings, read)
+    alone = [path for path in data if nodes_alone(path)]
+    groups = _grouped([path for path in data if path not in alone], settings, read)
     entries = [_measurement(files, folder, settings, read, len(described.joints)) for files in groups]
     entries = entries or [_Entry("file", "null", "   # FILL IN: the FRFs that were measured")]
-    points = points or robot.parent / "points.csv"
-    text = _text(new, entries, posture, (out, robot, points))
+    there = points or robot.parent / "points.csv"
+    given = points is not None or there.exists() or not described.visuals
+    source = None if given else next(filter(has_nodes, (*alone, *data)), None)
+    lines = _points_lines(there, source, source in alone, entries, folder)
+    text = _text(new, entries, posture, (out, robot), lines)
     write_text(out, text)
-    return Starter(
-        out, [*_unfilled(text), *_points_to_write(robot, of_robot, data, points, entries), *new.said]
+    to_do = _points_to_do(robot, of_robot, data, there, source, entries)
+    return Starter(out, [*_unfilled(text), *to_do, *new.said])
+
+
+def _points_lines(
+    points: Path, source: Path | None, alone: bool, entries: Sequence[_Entry], folder: Path
+) -> str:
+    """Where the config says that the points are: in a file of them, or in the geometry of the source, which
+    may have nothing but it.
+    """
+    nodes = {node for entry in entries for node in entry.nodes}
+    if source is None:
+        off = "# " if nodes and max(nodes) < 0 else ""
+        said = "   # node, name, link, x_m, y_m, z_m: where the channels of the data are"
+        return f"{off}points: {relative(points, folder)}              {said}\n"
+    said = f"# no `points`: the geometry of {relative(source, folder)} is laid on the robot\n"
+    if alone:
+        return f"{said}registration: {{geometry: {relative(source, folder)}}}   # add `pairs: pairs.csv`\n"
+    return (
+        f"{said}# registration: {{pairs: pairs.csv}}   # nodes whose place is known, where it asks for some\n"
     )
 
 
 def _text(
-    new: NewRobot, entries: Sequence[_Entry], posture: Sequence[float], files: tuple[Path, Path, Path]
+    new: NewRobot,
+    entries: Sequence[_Entry],
+    posture: Sequence[float],
+    files: tuple[Path, Path],
+    points: str,
 ) -> str:
-    """The config; files: itself, the robot's, and that of the points."""
-    (out, robot, points), folder, described = files, files[0].resolve().parent, new.robot
+    """The config; files: itself and the robot's; points: the lines that say where they are."""
+    (out, robot), folder, described = files, files[0].resolve().parent, new.robot
     nodes = {node for entry in entries for node in entry.nodes}
     template = jinja2.Template(_TEMPLATE, keep_trailing_newline=True, undefined=jinja2.StrictUndefined)
     text: str = template.render(
@@ -152,9 +177,8 @@ def _text(
         from_ground=_from_ground(described),
         uncertainty=f"uncertainty: {new.uncertainty}" if new.uncertainty else "# uncertainty: typical",
         last_link=described.links[-1].name,
-        points=relative(points, folder),
+        points=points,
         motors=sorted({-node for node in nodes if node < 0}),
-        no_points="# " if nodes and max(nodes) < 0 else "",
         measurements=entries,
         posture=list(posture),
         zeros=[0.0] * len(described.joints),
@@ -188,20 +212,31 @@ def _unfilled(text: str) -> list[str]:
     return [*said, window] if "window_decay_per_s" in text else said
 
 
-def _points_to_write(
-    robot: Path, settings: RobotOptions, data: list[Path], points: Path, entries: list[_Entry]
+def _points_to_do(
+    robot: Path,
+    settings: RobotOptions,
+    data: list[Path],
+    points: Path,
+    source: Path | None,
+    entries: list[_Entry],
 ) -> list[str]:
-    """That the file of points is missing, which nodes it has to have, and what makes it."""
+    """What shows the points that a geometry makes; or that the file of points is missing, which nodes it has
+    to have, and what makes it.
+    """
     nodes = sorted({node for entry in entries for node in entry.nodes if node > 0})
     if points.exists() or not nodes:
         return []
+    words = ["identify", "points", robot, source or data[0], "--posture", "...", *settings.words()]
+    show = f"`{typed([*words, '--out', points])}`"
+    if source is not None:
+        return [
+            f"the geometry of {source} is laid on the robot: `identify check` says what is doubtful, {show}"
+            " shows it"
+        ]
     some = ", ".join(map(str, nodes[:20])) + (", ..." if len(nodes) > 20 else "")
-    words = ["identify", "points", robot, data[0], "--posture", "...", *settings.words(), "--out", points]
     return [
         f"write {points}, which does not exist: a line node,name,link,x_m,y_m,z_m and one for each node of"
-        f" the data ({some}), or let `{typed(words)}` "
-        + ("find them from the geometry of" if has_geometry(data[0]) else "show the robot, to click on for")
-        + " the test"
+        f" the data ({some}), or let {show} show the robot, to click on for the test"
     ]
 
 
@@ -234,7 +269,7 @@ def _grouped(data: list[Path], options: FrfFileOptions, read: dict[Path, _Read])
     for path in data:
         own = set[tuple[Channel, Channel]]()
         if len(data) > 1 and path.is_file() and path.suffix not in YAML_SUFFIXES:
-            read[path] = loaded([path], options)
+            read[path] = load_of_any_unit([path], options)
             own = _pairs(read[path][0])
         alike = bool(groups and own and pairs[-1]) and groups[-1][0].parent == path.parent
         if alike and not own & pairs[-1]:
@@ -252,28 +287,13 @@ def _pairs(data: FrfSet) -> set[tuple[Channel, Channel]]:
     return {(data.outputs[i], data.inputs[j]) for i, j in zip(rows, columns, strict=True)}
 
 
-def loaded(files: list[Path], options: FrfFileOptions) -> _Read:
-    """The FRFs of files, and whether they only do not say their quantity or unit, for which the config then
-    asks.
-    """
-    source = files[0] if len(files) == 1 else files
-    try:
-        return load_frf_set(source, options), False
-    except InputError as error:
-        guess = options.model_copy(update={"quantity": "accelerance", "unit": "m/s^2/N"})
-        try:
-            return load_frf_set(source, guess), True
-        except InputError:
-            raise error from None
-
-
 def _measurement(
     files: list[Path], folder: Path, options: FrfFileOptions, read: dict[Path, _Read], joints: int
 ) -> _Entry:
     if files[0].suffix in YAML_SUFFIXES:
         return _Entry("modes", relative(files[0], folder))
     known = read.get(files[0]) if len(files) == 1 else None
-    frf_set, unknown = known or loaded(files, options)
+    frf_set, unknown = known or load_of_any_unit(files, options)
     parts = [one for path in files for one in frf_files(path)]
     size = (
         f"   # {len(frf_set.outputs)} responses, {len(frf_set.inputs)} forces, {len(frf_set.frequency_hz)}"

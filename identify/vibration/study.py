@@ -24,6 +24,7 @@ from identify.core.text import count
 from identify.fitting.plan import StageSettings, as_list
 from identify.measured.correction import AS_STATED, Correction
 from identify.measured.frf_records import TEXT, FrfFileOptions
+from identify.measured.registration.settings import RegistrationSettings
 from identify.measured.several import name_of
 from identify.measured.source import Estimation
 from identify.modal.choices import with_choices
@@ -196,7 +197,12 @@ class Study(Settings):
         description="how `posture_deg` counts, where not as the robot file does: order, sign, offset",
     )
     points: Path | None = Field(
-        None, description="CSV of measurement points; needed for FRFs and mode shapes"
+        None,
+        description="CSV of measurement points; default: the nodes of the geometry in a file of FRFs, laid on"
+        " the robot",
+    )
+    registration: RegistrationSettings | None = Field(
+        None, description="without `points`: how the geometry of the test lies on the robot"
     )
     points_frame: Literal["link", "base"] = Field(
         "link",
@@ -278,6 +284,10 @@ class Study(Settings):
             raise ValueError("measurements: all are for validation; expected at least one with `use: fit`")
         if (self.points_posture_deg is not None) != (self.points_frame == "base"):
             raise ValueError("give both `points_frame: base` and `points_posture_deg`, or neither")
+        if self.points is None and self.points_frame == "base":
+            raise ValueError("points_frame: found `base` and no `points`; expected both")
+        if self.points is not None and self.registration is not None:
+            raise ValueError("found `points` and `registration`; expected one of both")
         return self
 
     @property

@@ -22,6 +22,7 @@ from identify.results.fit import FitResult
 from identify.vibration.corrections import COLUMNS, Corrections
 from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
+from identify.vibration.study_points import geometry_source
 
 CORRECTIONS, LEFT = "corrections.csv", "uncertainty_left.yaml"
 _FIX = "choose another folder with `--write-back`"
@@ -77,9 +78,11 @@ class WriteBack:
 
     @property
     def points(self) -> Path | None:
-        """The points; None for a study without."""
+        """The points; None for a study without any."""
         path = self.file.study.points
-        return None if path is None else self.folder / path.name
+        if path is None and geometry_source(self.file) is None:
+            return None
+        return self.folder / ("points.csv" if path is None else path.name)
 
     @property
     def study(self) -> Path:
@@ -112,8 +115,8 @@ class WriteBack:
         data["robot"].pop("arguments", None)  # the file has no macros any more
         if self.points is not None:
             data["points"] = self.points.name
-            data.pop("points_frame", None)
-            data.pop("points_posture_deg", None)
+            for key in ("points_frame", "points_posture_deg", "registration"):
+                data.pop(key, None)
         for one in data["measurements"]:
             one["posture_deg"][:] = found.posture(list(one["posture_deg"]))
         changed = [name for name, (_, changed) in found.bodies.items() if changed]

@@ -214,11 +214,14 @@ def draw_arm(folder: Path, chance: np.random.Generator) -> Path:
 
 @dataclass
 class Nodes:
-    """The truth: link of each node, its place in the link's frame (n, 3) and in the base's frame."""
+    """The truth: link of each node, its place in the link's frame (n, 3) and in the base's frame, and the
+    normal of the surface there, in the base's frame.
+    """
 
     link: np.ndarray
     local: np.ndarray
     base: np.ndarray
+    normal: np.ndarray
 
 
 def draw_nodes(arm: Arm, angles: np.ndarray, count: int, chance: np.random.Generator) -> Nodes:
@@ -233,7 +236,7 @@ def draw_nodes(arm: Arm, angles: np.ndarray, count: int, chance: np.random.Gener
     ]
     total = np.sqrt([a.sum() for a in area])
     height = chance.uniform(0, HEIGHT_M)
-    links, places = [], []
+    links, places, normals = [], [], []
     while len(links) < count:
         link = int(chance.choice(len(world), p=total / total.sum()))
         where, normal = (one[0] for one in _scattered(world[link], area[link], 1, chance))
@@ -246,9 +249,10 @@ def draw_nodes(arm: Arm, angles: np.ndarray, count: int, chance: np.random.Gener
             continue
         links.append(link)
         places.append(where + height * normal)
+        normals.append(normal)
     base = np.array(places)
     local = np.array([(p - poses[n][:3, 3]) @ poses[n][:3, :3] for p, n in zip(base, links, strict=True)])
-    return Nodes(np.array(links), local, base)
+    return Nodes(np.array(links), local, base, np.array(normals))
 
 
 def _scattered(

@@ -269,10 +269,17 @@ def node(number: int, definition: int = 0, displacement: int = 0) -> str:
         (dataset(15, node(1), node(1, displacement=1)), "m", "a second time"),
         (dataset(15, node(1)) + dataset(82, integers(1, 2, 1), "x", integers(1, 8)), "m", "through node 8"),
         (
-            dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+            dataset(18, integers(3, 2, 0, 1, 1), "s", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
             + dataset(15, node(1, 3)),
             "m",
-            "kind 1",
+            "kind 2",
+        ),
+        (
+            dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+            + dataset(18, integers(4, 0, 3, 1, 1), "in it", narrow(0, 0, 0, 1, 0, 0), narrow(0, 0, 1))
+            + dataset(15, node(1, 4)),
+            "m",
+            "system 3, which system 4 stands in, is of kind 1",
         ),
         (
             dataset(18, integers(3, 0, 0, 1, 1), "c", narrow(0, 0, 0, 1, 0, 0), narrow(2, 0, 0))
@@ -294,6 +301,27 @@ def test_geometry_that_cannot_be_read(path: Path, text: str, unit: str | None, m
     path.write_text(text)
     with pytest.raises(InputError, match=message):
         read_geometry(path, unit)
+
+
+def test_a_cylindrical_system(path: Path) -> None:
+    """r, theta, z about an axis along the common x through (0, 0, 5); theta is counted from the common y."""
+    system = dataset(18, integers(3, 1, 0, 1, 1), "c", narrow(0, 0, 5, 0, 1, 5), narrow(1, 0, 5))
+    nodes = integers(1, 3, 3, 1) + narrow(2, 30, 7), integers(2, 0, 3, 1) + narrow(9, -4, 5)
+    path.write_text(system + dataset(15, *nodes))
+    found = read_geometry(path, "m")
+    c, s = np.cos(np.pi / 6), 0.5
+    np.testing.assert_allclose(found.position_m, [[7, 2 * c, 5 + 2 * s], [9, -4, 5]], atol=1e-12)
+    np.testing.assert_allclose(found.axes[0], [[0, c, s], [0, -s, c], [1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(found.axes[1], [[0, -1, 0], [0, 0, -1], [1, 0, 0]], atol=1e-12)
+
+
+def test_a_cylindrical_system_of_dataset_2420(path: Path) -> None:
+    rows = [wide(*row) for row in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (0, 0, 0))]
+    system = dataset(2420, integers(1), "part", integers(3, 1, 8) + "\ncylinder", *rows)
+    path.write_text(system + dataset(15, integers(1, 3, 0, 1) + narrow(2, 90, 7)))
+    found = read_geometry(path, "m")
+    np.testing.assert_allclose(found.position_m, [[0, 2, 7]], atol=1e-12)
+    np.testing.assert_array_equal(found.axes[0], np.eye(3))
 
 
 def test_a_curved_system_that_no_node_uses_is_no_matter(path: Path) -> None:

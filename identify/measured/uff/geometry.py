@@ -3,7 +3,8 @@
 
 Formats: SDRC universal datasets 15, 18, 82 (1987), 2411 (1987), 2420 (1994).  Lengths are in the file's unit:
 dataset 164 says which; a file without it needs `length_unit`.  Positions stand in the definition system,
-channels in the displacement system.
+channels in the displacement system.  In a cylindrical one coordinates are r, theta (degrees) and z, and
+channels X, Y and Z of a node look along these where it is.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.cursor import EXPORT
 
 System = tuple[Array, Array]
+_CARTESIAN, _CYLINDRICAL = 0, 1
 
 _WITH_SECTION = (11, 21, 22, 23, 24)
 """Types of elements of dataset 2412 that have a line for their section and orientation."""
@@ -55,21 +57,19 @@ def read_geometry(
     """Nodes, channel directions and trace lines of a universal file, in m.
 
     length_unit (m, mm, cm, in, ft) is for files without dataset 164, or_else what those are taken to have.
-    InputError where there are no nodes, no unit, or one too many, a system of a node that is missing or not
-    Cartesian, or a line to a node that is not there; a node is taken once.
+    InputError where there are no nodes, no unit, or one too many, a system of a node that is missing or
+    spherical, or a line to a node that is not there; a node is taken once.
     """
     found = _found(path)
     if not found.nodes:
         raise InputError(str(path), "no nodes (dataset 15 or 2411)", "measurement points")
     given = or_else if found.length is None and length_unit is None else length_unit
-    scale = _scale(str(path), found.length, given)
+    scale = length_in(str(path), found.length, given)
     nodes = tuple(sorted(found.nodes))
     position, axes = np.zeros((len(nodes), 3)), np.zeros((len(nodes), 3, 3))
     for n, node in enumerate(nodes):
-        definition, displacement, coordinates = found.nodes[node]
-        turn, origin = _global(definition, found, str(path), ())
-        position[n] = scale * (coordinates @ turn + origin)
-        axes[n] = _global(displacement, found, str(path), ())[0]
+        place, axes[n] = _placed(found, node, str(path))
+        position[n] = scale * place
     for node in (node for line in found.lines for node in line):
         if node not in found.nodes:
             raise InputError(
@@ -84,14 +84,10 @@ def channel_axes(path: Path, nodes: Collection[int]) -> dict[int, Array]:
     """Of those of the nodes that the file defines: the directions of their channels X, Y and Z in the common
     frame, rows of (3, 3); none without datasets 15 and 2411.
 
-    InputError for a displacement system that is missing or not Cartesian.
+    InputError for a system of such a node that is missing or spherical.
     """
     found = _found(path)
-    return {
-        node: _global(displacement, found, str(path), ())[0]
-        for node, (_, displacement, _) in found.nodes.items()
-        if node in nodes
-    }
+    return {node: _placed(found, node, str(path))[1] for node in found.nodes if node in nodes}
 
 
 def _found(path: Path) -> _Found:
@@ -112,7 +108,10 @@ def _found(path: Path) -> _Found:
     return found
 
 
-def _scale(name: str, length: float | None, unit: str | None) -> float:
+def length_in(name: str, length: float | None, unit: str | None) -> float:
+    """The unit of length of a file in m, of which it says `length` (m) or nothing, and its user `unit` or
+    nothing; InputError where neither does, or both differ.
+    """
     if unit is not None and unit not in LENGTH_M:
         raise InputError("length_unit", f"{unit!r}", "one of " + ", ".join(LENGTH_M))
     if length is None and unit is None:
@@ -122,21 +121,44 @@ def _scale(name: str, length: float | None, unit: str | None) -> float:
     if length is not None and unit is not None and not np.isclose(length, LENGTH_M[unit]):
         raise InputError(
             "length_unit",
-            f"{unit!r} although the file says {length:g} m (dataset 164)",
+            f"{unit!r} although the file says {length:g} m",
             fix="leave length_unit out",
         )
     return length if length is not None else LENGTH_M[str(unit)]
+
+
+def _placed(found: _Found, node: int, name: str) -> tuple[Array, Array]:
+    """Where a node is (3,), in the file's unit, and the directions of its channels, rows of (3, 3), in the
+    common frame.
+    """
+    definition, displacement, coordinates = found.nodes[node]
+    turn, origin = _global(definition, found, name, ())
+    if found.curved.get(definition) == _CYLINDRICAL:
+        angle = np.radians(coordinates[1])
+        coordinates = np.array(
+            [coordinates[0] * np.cos(angle), coordinates[0] * np.sin(angle), coordinates[2]]
+        )
+    place = coordinates @ turn + origin
+    axes, middle = _global(displacement, found, name, ())
+    if found.curved.get(displacement) == _CYLINDRICAL:
+        x, y, _ = (place - middle) @ axes.T
+        radial, along = np.array([x, y]) / (np.hypot(x, y) or 1.0), axes[2]
+        out = radial @ axes[:2] if np.any(radial) else axes[0]
+        axes = np.array([out, np.cross(along, out), along])
+    return place, axes
 
 
 def _global(number: int, found: _Found, name: str, seen: tuple[int, ...]) -> System:
     """Axes (rows) and origin of a coordinate system in the common frame; 0 and 1 are that frame where not
     defined.
     """
-    if number in found.curved:
+    kind = found.curved.get(number, _CARTESIAN)
+    if kind not in (_CARTESIAN, _CYLINDRICAL) or (seen and kind != _CARTESIAN):
+        used = f"system {seen[-1]} stands in" if seen else "nodes use"
         raise InputError(
             name,
-            f"coordinate system {number}, which nodes use, is of kind {found.curved[number]}",
-            "0, Cartesian",
+            f"coordinate system {number}, which {used}, is of kind {kind}",
+            "0, Cartesian" if seen else "0 or 1, Cartesian or cylindrical",
             "export Cartesian systems",
         )
     if number not in found.systems:
@@ -181,8 +203,9 @@ def _systems18(block: Block, found: _Found) -> None:
         number, kind, reference = block.integers(3)[:3]
         block.line()
         values = block.reals(9).reshape(3, 3)
-        if kind != 0:
+        if kind != _CARTESIAN:
             found.curved[number] = kind
+        if kind not in (_CARTESIAN, _CYLINDRICAL):
             continue
         x, across = values[1] - values[0], values[2] - values[0]
         y = np.cross(across, x)
@@ -204,8 +227,9 @@ def _systems2420(block: Block, found: _Found) -> None:
         number, kind = block.integers(2)[:2]
         block.line()
         rows = block.reals(12, 25).reshape(4, 3)
-        if kind != 0:
+        if kind != _CARTESIAN:
             found.curved[number] = kind
+        if kind not in (_CARTESIAN, _CYLINDRICAL):
             continue
         if not np.allclose(rows[:3] @ rows[:3].T, np.eye(3), atol=1e-4):
             raise InputError(

@@ -10,15 +10,15 @@ import numpy as np
 from markupsafe import Markup
 
 from identify.core.arrays import Array
+from identify.measured.registration.chain import chain
+from identify.measured.registration.place import Placing
+from identify.measured.registration.register import Node
 from identify.reports.kit.page import ASSETS, asset, json_inside
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
 from identify.robot.pose import inverse, pose
 from identify.robot.posture import z_to
 from identify.robot.visual import by_link
-from identify.setup.registration.chain import chain
-from identify.setup.registration.register import Node
-from identify.setup.registration.run import Placing
 
 _MOST = 20_000
 """Triangles of a robot that a plain canvas turns without waiting."""
@@ -90,7 +90,7 @@ def _angles(placing: Placing) -> Array:
 
 
 def _node(placing: Placing, number: int, one: Node | None) -> dict[str, Any]:
-    about = (placing.doubts or {}).get(number, "")
+    about = placing.doubts.get(number, "")
     if one is None or not one.link:
         return {"node": number, "about": about}
     place = {"position": one.position, "axes": one.axes, "normal": one.normal}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from identify.core.text import count
-from identify.setup.registration.run import Placing
+from identify.measured.registration.place import Placing, summary
 
 
 def sentences(placing: Placing) -> Iterator[str]:
@@ -15,9 +15,6 @@ def sentences(placing: Placing) -> Iterator[str]:
         yield f"{count(len(placing.nodes), 'node')} to be put on {placing.robot.name}: open the page"
         yield from (f"note: {note}" for note in placing.notes)
         return
-    yield (
-        f"{count(len(placing.points or ()), 'node')} of {len(placing.nodes)} on {placing.robot.name},"
-        f" {1000 * found.scale_m:.1f} mm (RMS) from its surface"
-    )
+    yield summary(placing)
     yield from (f"note: {note}" for note in placing.notes)
-    yield from (f"look at node {node}: {text}" for node, text in (placing.doubts or {}).items())
+    yield from (f"look at node {node}: {text}" for node, text in placing.doubts.items())

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
+from identify.measured.registration.place import Placing
+from identify.measured.registration.run import Asked, place_points
 from identify.reports.points.page import points_page
 from identify.reports.shown import working
 from identify.robot.points import new_points_text
-from identify.setup.registration.run import Asked, Placing, place_points
 
 
 def write_points(
@@ -20,7 +21,7 @@ def write_points(
     and the page, by default beside it.  InputError for points that exist, which are kept.
     """
     page = page or out.with_suffix(".html")
-    inputs = {path.resolve() for path in (robot, *data, asked.pairs) if path is not None}
+    inputs = {path.resolve() for path in (robot, *data, asked.registration.pairs) if path is not None}
     for option, path in (("--out", out), ("--page", page)):
         if path.resolve() in inputs:
             fix = f"choose another with `{option}`"

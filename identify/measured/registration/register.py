@@ -11,9 +11,9 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.measured.geometry import MeasuredGeometry
-from identify.setup.registration.align import Distances, Laid, Task, distances, laid, likely, motion
-from identify.setup.registration.chain import Chain, chain
-from identify.setup.registration.starts import by_pairs, by_shape, enough, possible, size_of, units
+from identify.measured.registration.align import Distances, Laid, Task, distances, laid, likely, motion
+from identify.measured.registration.chain import Chain, chain
+from identify.measured.registration.starts import by_pairs, by_shape, enough, possible, size_of, units
 
 _COARSE = 0.1
 """Scale of distances at first over the size of the robot, where shape alone leads."""

@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from identify.core.arrays import Array
 from identify.core.closest_turn import closest_turn
+from identify.measured.registration.align import Pairs, Task
+from identify.measured.registration.chain import chain
 from identify.measured.uff.geometry import LENGTH_M
 from identify.robot.pose import turned
-from identify.setup.registration.align import Pairs, Task
-from identify.setup.registration.chain import chain
 
 _DRAWS = 12
 """Starts beside that of the pairs as stated, with as much chance as they have."""

@@ -17,10 +17,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identify.core.arrays import Array, Index
+from identify.measured.registration.chain import Chain, chain
+from identify.measured.registration.surface import Skin
 from identify.robot.description import Robot
 from identify.robot.pose import turned
-from identify.setup.registration.chain import Chain, chain
-from identify.setup.registration.surface import Skin
 
 FINE_M = 0.008
 """Scale down to which distances are judged coarser than they are."""

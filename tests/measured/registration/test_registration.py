@@ -13,11 +13,13 @@ from typer.testing import CliRunner
 from identify.api import commands as api
 from identify.cli import app
 from identify.core.errors import InputError
+from identify.measured.registration.place import Placing, doubts_of
+from identify.measured.registration.register import Node, Registration
 from identify.robot.points import read_points
-from identify.setup.registration.register import Node, Registration
-from identify.setup.registration.run import Placing, doubts_of
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.benchmarks.registration import rotation
-from tests.setup.registration.arm import COUNT, Test, simulated, widest
+from tests.measured.registration.arm import COUNT, Test, simulated, widest
 from tests.setup.studies import DATA
 
 
@@ -166,33 +168,39 @@ def test_another_number_of_angles_is_refused(tmp_path: Path) -> None:
         api.points(test.arm.file, [test.uff], posture="0,0", out=tmp_path / "points.csv")
 
 
-def test_init_finds_points_from_the_geometry_beside_the_frfs(tmp_path: Path) -> None:
+def test_init_leaves_points_to_the_geometry_beside_the_frfs(tmp_path: Path) -> None:
     test = simulated(tmp_path, 7, off_deg=1.0)
     both = tmp_path / "both.uff"
     both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
-    config, points = tmp_path / "config.yaml", tmp_path / "points.csv"
+    config = tmp_path / "config.yaml"
     words = ["init", str(test.arm.file), str(both), "--out", str(config)]
     shown = CliRunner().invoke(app, [*words, "--posture", test.posture])
     assert shown.exit_code == 0, shown.output
-    assert _errors(test, points)[0] >= 0.95
-    assert f"posture_deg: [{test.stated[0]:.3f}" in config.read_text()
-    assert "write" not in shown.output.split("wrote")[-1], "points are there"
-    points.unlink()
-    again = CliRunner().invoke(app, [*words, "--posture", test.posture])
-    assert "the file exists" in str(again.exception)
-    assert not points.exists(), "nothing is written beside a config that is kept"
+    text = config.read_text()
+    assert f"posture_deg: [{test.stated[0]:.3f}" in text
+    assert "\npoints:" not in text and "the geometry of both.uff is laid on the robot" in text
+    assert "identify points" in shown.output and "which does not exist" not in shown.output
+    config.write_text(text.replace("averages: null", "averages: 4"))
+    laid = load_problem(read_study(config)).points
+    _placed(replace(test, uff=both), tmp_path)
+    written = read_points(tmp_path / "points.csv")
+    assert laid.keys() == written.keys()
+    for node, point in written.items():
+        assert laid[node].link == point.link
+        np.testing.assert_array_equal(laid[node].position, point.position)
+        np.testing.assert_array_equal(laid[node].axes, point.axes)
 
 
-def test_init_goes_on_where_the_robot_has_no_surface(tmp_path: Path) -> None:
+def test_init_asks_for_points_where_the_robot_has_no_surface(tmp_path: Path) -> None:
     test = simulated(tmp_path, 7)
     both = tmp_path / "both.uff"
     both.write_bytes(test.uff.read_bytes() + (DATA / "posture1.uff").read_bytes())
-    out = str(tmp_path / "config.yaml"), "--points", str(tmp_path / "points.csv")
-    words = ["init", str(DATA / "robot.urdf"), str(both), "--posture", "0,0,0,0,0,0", "--out", *out]
+    (tmp_path / "robot.urdf").write_text((DATA / "robot.urdf").read_text())
+    words = ["init", str(tmp_path / "robot.urdf"), str(both), "--out", str(tmp_path / "config.yaml")]
     shown = CliRunner().invoke(app, words)
     assert shown.exit_code == 0, shown.output
-    assert "no surface to lay points on" in shown.output
-    assert "identify points" in shown.output
+    assert "which does not exist" in shown.output
+    assert "points: points.csv" in (tmp_path / "config.yaml").read_text()
 
 
 _RAIL = """<robot name="rail" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="kg" default="1"/>

@@ -14,11 +14,12 @@ from scipy.spatial import cKDTree
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
+from identify.measured.registration.chain import chain
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh
 from identify.robot.visual import Looks, by_link
-from identify.setup.registration.chain import chain
 
+_FIX = "without them, write a file of points"
 _DISCS = 40_000
 """Of a whole robot: about 10 mm apart on an arm of 2 m."""
 _EYES = 60
@@ -81,7 +82,7 @@ def skins(robot: Robot, shown: Looks, angles: Array) -> list[Skin | None]:
     meshes = by_link(robot, shown.meshes)
     if not any(meshes):
         why = "; ".join(shown.missing) or "the robot file has no <visual> or <collision>"
-        raise InputError(robot.name, f"no surface to lay points on ({why})", "meshes that can be read")
+        raise InputError(robot.name, f"no surface to lay points on ({why})", "meshes that can be read", _FIX)
     area = [0.0 if mesh is None else float(mesh.areas.sum()) for mesh in meshes]
     apart = float(np.sqrt(sum(area) / _DISCS))
     discs = [(np.zeros((0, 3)),) * 2 if m is None else _discs(m, apart) for m in meshes]
