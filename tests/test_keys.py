@@ -178,6 +178,7 @@ NOT_VARIED = {
     "uncertainty.impacts.duration": _ELSEWHERE + "tests/vibration/costs",
     "uncertainty.flexible_links": _ELSEWHERE + "tests/model/effects/test_link_form.py",
     "modal": "MODAL below",
+    "registration": "in place of points: tests/vibration/test_registered_points.py",
     "points_": "two keys that go together: tests/vibration/test_study_points.py",
 }
 """Path, or what it begins with -> why it is not varied here."""

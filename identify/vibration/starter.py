@@ -22,8 +22,8 @@ from identify.measured.band import suggested_band
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
-from identify.measured.geometry_file import has_nodes, nodes_alone
 from identify.measured.loaders import frf_files, load_of_any_unit
+from identify.measured.registration.geometry_file import has_nodes, nodes_alone
 from identify.measured.several import is_pattern
 from identify.robot.description import Robot
 from identify.robot.joint_angles import from_ground

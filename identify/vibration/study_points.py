@@ -10,8 +10,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from identify.core.errors import InputError
-from identify.measured.geometry_file import geometry_of, has_nodes
 from identify.measured.loaders import frf_files
+from identify.measured.registration.geometry_file import geometry_of, has_nodes
 from identify.measured.registration.place import Placing, placed, unplaced
 from identify.measured.registration.settings import RegistrationSettings
 from identify.robot.description import Robot

@@ -69,6 +69,22 @@ def test_pairs_and_a_geometry_of_its_own_are_found_beside_the_study(tmp_path: Pa
     assert description_of(file, problem.points).points.count("\n") == len(problem.points) + 1
 
 
+def test_every_key_changes_where_nodes_are(tmp_path: Path) -> None:
+    test = _test(tmp_path)
+    told = {"pairs": test.pairs(tmp_path, widest(test.nodes)).name}
+    changes: list[dict[str, Any]] = [
+        {},
+        {"pair_error_m": 0.002},
+        {"angle_error_deg": 0.01},
+        {"posture_deg": [0.0] * 6},
+    ]
+    found = [load_problem(read_study(_study(test, tmp_path, registration=told | one))) for one in changes]
+    places = [[(p.link, *p.position) for p in problem.points.values()] for problem in found]
+    assert all(other != places[0] for other in places[1:])
+    with pytest.raises(InputError, match="'mm' although the file says 1 m"):
+        load_problem(read_study(_study(test, tmp_path, registration={"length_unit": "mm"})))
+
+
 def _with_a_node_elsewhere(test: Test) -> int:
     """A node of the FRFs is four metres beside the robot."""
     node = 5

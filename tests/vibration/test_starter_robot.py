@@ -94,7 +94,7 @@ def test_a_study_may_name_a_xacro_and_its_result_holds_what_it_stood_for(tmp_pat
     config = re.sub(r"urdf: [^}\n]*robot\.urdf", "urdf: robot.xacro, arguments: {kg: '321'}", config)
     (tmp_path / "config.yaml").write_text(config)
     file = read_study(tmp_path / "config.yaml")
-    description = description_of(file)
+    description = description_of(file, {})
     assert "$(arg" not in description.robot
     again, _ = _described(file.study, description)
     assert again.links[0].mass == 321

@@ -10,8 +10,8 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.geometry_file import geometry_of, has_nodes, nodes_alone
 from identify.measured.loaders import load_of_any_unit
+from identify.measured.registration.geometry_file import geometry_of, has_nodes, nodes_alone
 from identify.measured.registration.place import Placing, placed, unplaced
 from identify.measured.registration.settings import RegistrationSettings
 from identify.robot.chain import Choice
