@@ -12,6 +12,7 @@ from identify.core.errors import InputError
 from identify.core.xml_input import Markup, parse_markup, parse_xml, read_xml_bytes
 from identify.robot.urdf_elements import UrdfDocument
 
+_CLONE = "clone it beside the package of this file, or name the folder above it in ROS_PACKAGE_PATH"
 EXPECTED = "a URDF, xacro or MJCF file"
 NO_ARGUMENTS: Mapping[str, str] = {}
 _XACRO = ("identify.robot.expand_xacro:expanded", "expanded")
@@ -76,7 +77,8 @@ def _made(path: Path, how: tuple[str, str], arguments: Mapping[str, str], fix: s
     try:
         tree = made(path, maker, arguments, EXPECTED, fix)
     except InputError as error:
-        raise InputError(path.name, error.found, EXPECTED, fix) from error
+        package = "needs the package" in error.found
+        raise InputError(path.name, error.found, EXPECTED, _CLONE if package else fix) from error
     text, notes = tree.members["urdf"], tree.members.get("notes", ())
     assert isinstance(text, str) and isinstance(notes, tuple)
     return Source(path, text.encode(), f" ({word})", notes)

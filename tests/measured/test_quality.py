@@ -230,6 +230,30 @@ def test_a_hammer_test_without_fault_raises_only_that_its_base_stands_still(case
     assert {channel.node for channel in findings[0].channels} == {1, 2, 3, 4}
 
 
+def askew(frf_set: FrfSet, degrees: float) -> FrfSet:
+    """The sensor at point 3 is turned about its Z."""
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    frf = frf_set.frf.copy()
+    frf[:, 6:9] = np.einsum("ab,fbi->fai", np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), frf_set.frf[:, 6:9])
+    return replace(frf_set, frf=frf)
+
+
+def nearly_apart(frf_set: FrfSet) -> FrfSet:
+    """The axes of point 3 have little to do with each other, as at a flange."""
+    weak = np.where(np.eye(3, dtype=bool), 1.0, 0.02)
+    frf = frf_set.frf.copy()
+    frf[:, 6:9] *= weak
+    return replace(frf_set, frf=frf)
+
+
+def test_a_sensor_a_little_askew_is_no_fault_of_weak_cross_terms() -> None:
+    plain = nearly_apart(clean())
+    found = named(check(askew(plain, 2.0), POINTS), "reciprocity")
+    assert found and {one.level for one in found} == {"info"}
+    assert all((one.value or 0.0) > 0.2 and "askew, as is usual" in one.sentence for one in found)
+    assert "fail" in {one.level for one in named(check(askew(plain, 20.0), POINTS), "reciprocity")}
+
+
 def test_friction_shows_as_missing_reciprocity_in_a_weak_hammer_test() -> None:
     path = shared("hidden", "friction_j2_101", "posture1_level0.3.uff")
     findings = check(
