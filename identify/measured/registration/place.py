@@ -132,7 +132,7 @@ def doubts_of(one: Node, found: Registration, axes: Collection[int]) -> Iterator
     if one.probability < SURE:
         other = f"or on {one.other}" if one.other else "or on none"
         yield f"on {one.link} ({100 * one.probability:.0f} %) {other}"
-    if abs(one.height_m) > _FAR * max(found.scale_m, one.spread_m):
+    if abs(one.height_m - found.height_m) > _FAR * max(found.scale_m, one.spread_m):
         where = "above" if one.height_m > 0 else "below"
         yield f"{1000 * abs(one.height_m):.0f} mm {where} the surface"
     only = [axis for axis in axes if 1 <= axis <= 3]

@@ -54,8 +54,8 @@ class Registration:
     """The nodes of a test on the robot.
 
     pose (4, 4): of the analyser's frame in the base's; angles and their standard deviations (joints,), rad;
-    unit: what stated lengths were multiplied by; scale_m: how far nodes are from the surface; pairs_m: how
-    far each pair is off, by node; rivals: other placements that explain the geometry about as well.
+    unit: what stated lengths were multiplied by; height_m: how far all nodes are above the surface; scale_m:
+    how far they are from there; pairs_m: how far each pair is off, by node; rivals: other placements that explain the geometry about as well.
     """
 
     nodes: tuple[Node, ...]
@@ -63,6 +63,7 @@ class Registration:
     angles: Array
     angle_spread: Array
     unit: float
+    height_m: float
     scale_m: float
     pairs_m: dict[int, float]
     rivals: int
@@ -168,7 +169,7 @@ def _registration(best: _Candidate, geometry: MeasuredGeometry, rivals: int) -> 
     pairs = {geometry.nodes[row]: float(far) for row, far in zip(task.pairs.rows, apart, strict=True)}
     spread = np.sqrt(np.diag(covariance)[6:])
     nodes = tuple(_nodes(task, at, geometry, covariance))
-    return Registration(nodes, at.pose, at.angles, spread, best.unit, at.scale, pairs, rivals)
+    return Registration(nodes, at.pose, at.angles, spread, best.unit, at.height, at.scale, pairs, rivals)
 
 
 def _nodes(task: Task, at: Laid, geometry: MeasuredGeometry, covariance: Array) -> Iterator[Node]:
@@ -176,6 +177,7 @@ def _nodes(task: Task, at: Laid, geometry: MeasuredGeometry, covariance: Array) 
     links, places = chain(task.robot, at.angles), at.placed(task.nodes)
     found = distances(task, at, links, places)
     likelihood = _probabilities(found, covariance, links, places, at.scale)
+    likelihood[task.pairs.rows] = np.eye(len(links.poses))[task.pairs.links]  # which link, somebody knows
     link, every = likelihood.argmax(axis=1), np.arange(len(places))
     moved = motion(links, places, every, link)
     spread = np.sqrt(np.einsum("nck,kl,ncl->n", moved, covariance, moved) / 3 + at.scale**2)

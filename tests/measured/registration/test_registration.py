@@ -133,6 +133,35 @@ def test_a_geometry_without_a_posture_is_refused(tmp_path: Path) -> None:
         api.points(test.arm.file, [test.uff], out=tmp_path / "points.csv")
 
 
+def test_the_link_of_a_pair_is_known(tmp_path: Path) -> None:
+    """A node at the seam of two links is on that which somebody says, wherever the surface is nearer."""
+    test = simulated(tmp_path, 1)
+    rows = widest(test.nodes)
+    pairs = test.pairs(tmp_path, rows)
+    plain = _placed(test, tmp_path, pairs=pairs)
+    assert plain.registration is not None
+    node = min((one for one in plain.registration.nodes if one.other), key=lambda one: one.probability)
+    poses = test.arm.poses(plain.registration.angles)
+    here, there = (test.arm.names.index(name) for name in (node.link, node.other))
+    place = poses[there][:3, :3].T @ (
+        poses[here][:3, :3] @ node.position + poses[here][:3, 3] - poses[there][:3, 3]
+    )
+    row = f"{node.node},,{node.other}," + ",".join(f"{x:.3f}" for x in place)
+    pairs.write_text(pairs.read_text() + row + "\n")
+    (tmp_path / "points.csv").unlink()
+    found = _placed(test, tmp_path, pairs=pairs)
+    assert (found.points or {})[node.node].link == node.other
+    assert node.node not in found.doubts
+
+
+def test_sensors_that_all_stand_above_the_surface_are_not_doubted() -> None:
+    """What is to be looked at is a height that others do not have."""
+    one = Node(1, "arm", np.zeros(3), np.eye(3), np.eye(3)[2], 0.02, 0.003, 1.0, "")
+    own = Registration((one,), np.eye(4), np.zeros(1), np.zeros(1), 1.0, 0.018, 0.003, {}, 0)
+    assert not list(doubts_of(one, own, ()))
+    assert list(doubts_of(one, replace(own, height_m=0.0), ())) == ["20 mm above the surface"]
+
+
 def test_pairs_of_other_nodes_are_refused(tmp_path: Path) -> None:
     test = simulated(tmp_path, 1)
     pairs = test.pairs(tmp_path, [0, 1, 2])
@@ -152,7 +181,7 @@ def test_two_nodes_do_not_tell_how_they_lie(tmp_path: Path) -> None:
 
 def test_what_is_to_be_looked_at_of_a_node() -> None:
     one = Node(5, "arm", np.zeros(3), np.eye(3), np.array([0, 0, 1.0]), 0.05, 0.004, 0.7, "foot")
-    found = Registration((one,), np.eye(4), np.zeros(1), np.zeros(1), 1.0, 0.004, {}, 0)
+    found = Registration((one,), np.eye(4), np.zeros(1), np.zeros(1), 1.0, 0.0, 0.004, {}, 0)
     said = list(doubts_of(one, found, {1}))
     assert said[0] == "on arm (70 %) or on foot"
     assert said[1] == "50 mm above the surface"
