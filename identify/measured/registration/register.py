@@ -55,7 +55,8 @@ class Registration:
 
     pose (4, 4): of the analyser's frame in the base's; angles and their standard deviations (joints,), rad;
     unit: what stated lengths were multiplied by; height_m: how far all nodes are above the surface; scale_m:
-    how far they are from there; pairs_m: how far each pair is off, by node; rivals: other placements that explain the geometry about as well.
+    how far they are from there; pairs_m: how far each pair is off, by node; rivals: other placements that
+    explain the geometry about as well.
     """
 
     nodes: tuple[Node, ...]
