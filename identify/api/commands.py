@@ -209,7 +209,7 @@ def plan(
     """The next test; model: a study, a result file or what `fit` returned; target: parameters that are to be
     known best; options: those of `identify plan` by name, such as postures=2.
     """
-    wanted = PlanCommandOptions(target=list(target) or None, **_paths(options))
+    wanted = PlanCommandOptions(target=list(target) or None, report=report, **_paths(options))
     return _reported(run_plan(_model(model), wanted), report)
 
 
@@ -389,8 +389,11 @@ def run_export(model: Path, options: ExportCommandOptions) -> Exported:
 
 def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Result:
     """What `identify plan` does."""
+    from identify.core.atomic import write_text
+    from identify.planning.known import places_of
     from identify.planning.run import PlanOptions
     from identify.planning.run import run_plan as planned
+    from identify.reports.points.planned import planned_page
     from identify.reports.shown import working
 
     wanted = PlanOptions(
@@ -411,6 +414,10 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     )
     with working(quiet, "choosing the next test"):
         result, written = planned(model, wanted, options.out)
+        page = written[0].with_name(f"{written[0].stem}_points.html")
+        if options.report:
+            write_text(page, planned_page(result, *places_of(model)))
+            written.append(page)
     return Result(result, tuple(written))
 
 

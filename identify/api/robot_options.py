@@ -72,10 +72,7 @@ class InitOptions:
     names: Names = None
     posture: Annotated[
         str | None,
-        typer.Option(
-            help="joint angles of the first posture in degrees, 0,30,-60,0,45,0; with them, points that are"
-            " missing are found from the geometry in the data, if it is there"
-        ),
+        typer.Option(help="joint angles of the first posture in degrees, 0,30,-60,0,45,0"),
     ] = None
     mass_kg: Annotated[
         float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")

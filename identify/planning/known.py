@@ -19,6 +19,8 @@ from identify.model.system import build_site, list_parameters
 from identify.planning.information import FreeModel, TestNoise
 from identify.results.discovery import fit_of
 from identify.results.fit import FrfComparison, StatedUncertainty
+from identify.robot.description import Robot
+from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.fitted_model import FittedModel, fitted_model
 from identify.vibration.given import posture_of
@@ -87,6 +89,16 @@ def known_of(
     if path.suffix in YAML_SUFFIXES:
         return _of_study(path, noise, resolution, force_noise or 0.0)
     return _of_fit(path, noise, resolution, force_noise)
+
+
+def places_of(path: Path) -> tuple[Robot, dict[int, Point]]:
+    """The robot of a study or a fit, and all points that could be hit and measured."""
+    if path.suffix in YAML_SUFFIXES:
+        file = read_study(path)
+        robot = read_robot(file.study.robot, path.parent)
+        return robot, points_of(file, robot)
+    model = fitted_model(fit_of(path), str(path))
+    return model.robot, dict(model.points)
 
 
 def _of_study(path: Path, noise: float | None, resolution: float | None, force_noise: float) -> Known:

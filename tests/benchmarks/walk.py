@@ -32,6 +32,7 @@ import numpy as np
 
 from identify.results.discovery import DiscoveryResult
 from identify.results.file import read
+from identify.results.fit import FitResult
 from identify.robot.description import Robot
 from identify.robot.read import read_robot
 from identify.robot.urdf import read_urdf
@@ -43,7 +44,7 @@ from tests.benchmarks.registration import Arm, Nodes, draw_nodes, placed, rotati
 from tests.generator import arm as made
 from tests.generator.effect import Effect
 from tests.generator.generate import generate
-from tests.generator.rigid import Array, frame_with_z
+from tests.generator.rigid import Array, box, frame_with_z
 from tests.generator.spec import TestSpec
 from tests.generator.structure import BaseCompliance, JointCompliance
 from tests.generator.tree import at_posture
@@ -85,7 +86,8 @@ def simulated(source: Path, folder: Path, hide: str, seed: int, count: int) -> T
     chance = np.random.default_rng([seed, 0x3A1C])
     xacro = _without_bodies(source, folder)
     robot = read_urdf(source)
-    shape, arm = _looks(robot, source), arm_of(robot, seed)
+    shape = _looks(robot, source)
+    arm = arm_of(_with_real_bodies(robot, shape), seed)
     stated = np.round(arm.home + chance.uniform(-15, 15, 6), 1)
     true = stated + chance.normal(0, ANGLE_DEG, 6)
     nodes = _above_floor(draw_nodes(shape, np.radians(true), 2 * count, chance), count - 1)
@@ -108,6 +110,20 @@ def _looks(robot: Robot, file: Path) -> Arm:
     for mesh in by_link(robot, looks(robot, 2**31).meshes):
         arm.solids.append(np.zeros((0, 3, 3)) if mesh is None else np.stack(mesh.corners, axis=1))
     return arm
+
+
+def _with_real_bodies(robot: Robot, shape: Arm) -> Robot:
+    """With a box as large as its mesh where a moving link's inertia is a placeholder, wider than the link."""
+    links = list(robot.links)
+    for number, (link, solid) in enumerate(zip(links, shape.solids, strict=True)):
+        if number == 0 or not len(solid):
+            continue
+        low, high = solid.min(axis=(0, 1)), solid.max(axis=(0, 1))
+        gyration = np.sqrt(np.trace(link.inertia) / (2 * link.mass))
+        if gyration > np.linalg.norm(high - low) / 2:
+            whole = box(link.mass, (low + high) / 2, high - low)
+            links[number] = replace(link, centre=whole.centre, inertia=whole.tensor)
+    return replace(robot, links=tuple(links))
 
 
 def _without_bodies(source: Path, folder: Path) -> Path:
@@ -323,6 +339,8 @@ def story(test: Test, user: User, hide: str) -> dict[str, Any]:
             {key: step[key] for key in ("command", "exit", "seconds", "to_look_at")} for step in user.steps
         ],
     }
+    for path in (user.folder / "reports").glob("*.h5"):
+        told |= _fitted(read(path, FitResult), test.spec.arm.stiffness)
     path = user.folder / FOUND
     if not path.exists():
         return told
@@ -340,6 +358,16 @@ def story(test: Test, user: User, hide: str) -> dict[str, Any]:
         "gap_after": round(found.after.gap, 2),
         "notes": list(found.notes),
     }
+
+
+def _fitted(result: FitResult, true: Array) -> dict[str, Any]:
+    """What `fit` came to, and which drives are within their intervals, where they are determined."""
+    table = result.parameters
+    rows = [(table.name.index(f"joint{n}.rz.stiffness"), k) for n, k in enumerate(true, start=1)]
+    told = [(row, k) for row, k in rows if table.status[row] == "determined"]
+    held = [bool(table.low_95[row] <= k <= table.high_95[row]) for row, k in told]
+    off = [round(float(np.log(table.value[row] / k)), 3) for row, k in rows]
+    return {"gap_of_fit": round(result.gap, 2), "held": f"{sum(held)} of {len(held)}", "ln_error": off}
 
 
 def _place(kind: str, entry: dict[str, Any]) -> str:
@@ -367,13 +395,10 @@ def main() -> None:
     parser.add_argument("--time", type=int, default=120, help="seconds of `identify discover`")
     parser.add_argument("--keep", type=Path, help="a folder for the files")
     parser.add_argument("--store", help="name of the walk in tests/benchmarks/results/walk.json")
-    parser.add_argument("--check", action="store_true", help="no further than `identify check`")
+    parser.add_argument("--until", choices=("check", "fit", "discover"), default="discover")
     asked = parser.parse_args()
-    further = (
-        ()
-        if asked.check
-        else ("fit config.yaml", f"discover config.yaml --workers 1 --time {asked.time} --out {FOUND}")
-    )
+    commands = ["fit config.yaml", f"discover config.yaml --workers 1 --time {asked.time} --out {FOUND}"]
+    further = commands[: ("check", "fit", "discover").index(asked.until)]
     with tempfile.TemporaryDirectory() as name:
         folder = asked.keep or Path(name)
         folder.mkdir(parents=True, exist_ok=True)

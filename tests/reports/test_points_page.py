@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identify.api import commands as api
+from identify.reports.points.planned import planned_page
 from identify.robot.points import Point, new_points_text, read_points
 from identify.robot.posture import z_to
+from identify.robot.urdf import read_urdf
 from tests.reports.browser import Page, browser
+from tests.reports.plan_sample import plan_result
 
 _URDF = """<robot name="two">
 <link name="foot"><visual><origin xyz="0 0 0.25"/><geometry>
@@ -87,6 +91,25 @@ def test_clicks_put_nodes_on_links_in_order(page: Page, file: Path, tmp_path: Pa
     np.testing.assert_allclose(page.run("nodes[0].normal"), [0, 0, 1], atol=1e-9)
     assert page.console == []
     assert [one for one in page.requests if not one.startswith(("file:", "blob:", "data:"))] == []
+
+
+def test_a_planned_test_is_shown_on_the_robot(page: Page, file: Path, tmp_path: Path) -> None:
+    """Sensors and impacts of the plan, and no other of the points, where they are at its first posture."""
+    robot = read_urdf(file.with_name("two.urdf"))
+    places = {8: (0.5, 0.1, 0.0), 12: (0.8, 0.0, 0.1), 14: (0.2, -0.1, 0.05), 20: (0.6, 0.0, 0.1)}
+    points = {n: Point(n, "", "arm", np.array(place), np.eye(3), "") for n, place in places.items()}
+    plan = replace(plan_result(), posture_deg=np.array([[90.0], [20.0]]), sensors=np.array([8, 12]))
+    (tmp_path / "plan.html").write_text(planned_page(plan, robot, points))
+    page.console.clear()
+    page.open(tmp_path / "plan.html")
+    assert page.run("nodes.map(node => [node.node, node.link, node.about])") == [
+        [8, "arm", "sensor and impacts along +Z"],
+        [12, "arm", "sensor"],
+        [14, "arm", "impacts along +X"],
+    ]
+    np.testing.assert_allclose(page.run("inBase(nodes[0])"), [-0.1, 0.5, 0.6], atol=1e-9)
+    assert "90.0; 20.0 degrees" in page.run("document.body.innerText")
+    assert page.console == []
 
 
 def test_a_click_beside_the_robot_puts_nothing(page: Page, file: Path) -> None:

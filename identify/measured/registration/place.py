@@ -34,7 +34,7 @@ class Placing:
     """A robot with its joints at stated angles (joints,), rad, and what is known of the nodes of a test.
 
     nodes: their numbers, in order; points: those that have a place; notes: what is to be said of all of
-    them; axes: of the channels at each node with FRFs, 1 to 3.
+    them; axes: of the channels at each node with FRFs, 1 to 3; said: what is to be known of nodes.
     """
 
     robot: Robot
@@ -46,6 +46,7 @@ class Placing:
     geometry: MeasuredGeometry | None = None
     registration: Registration | None = None
     axes: Mapping[int, Collection[int]] = field(default_factory=dict)
+    said: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def doubts(self) -> dict[int, str]:

@@ -16,6 +16,7 @@ from identify.measured.registration.register import Node
 from identify.reports.kit.page import ASSETS, asset, json_inside
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
+from identify.robot.points import Point
 from identify.robot.pose import inverse, pose
 from identify.robot.posture import z_to
 from identify.robot.visual import by_link
@@ -90,11 +91,21 @@ def _angles(placing: Placing) -> Array:
 
 
 def _node(placing: Placing, number: int, one: Node | None) -> dict[str, Any]:
-    about = placing.doubts.get(number, "")
+    about = placing.doubts.get(number, placing.said.get(number, ""))
+    if one is None and number in (placing.points or {}):
+        return _at(placing, (placing.points or {})[number], about)
     if one is None or not one.link:
         return {"node": number, "about": about}
     place = {"position": one.position, "axes": one.axes, "normal": one.normal}
     return {"node": number, "link": one.link, "about": about, **place}
+
+
+def _at(placing: Placing, point: Point, about: str) -> dict[str, Any]:
+    """A node that has a place from elsewhere, on the link that carries it."""
+    link, there = placing.robot.carrier(point.link)
+    turn = there[:3, :3]
+    place = {"position": turn @ point.position + there[:3, 3], "axes": point.axes @ turn.T}
+    return {"node": point.node, "name": point.name, "link": link, "about": about, **place}
 
 
 def _overlay(placing: Placing) -> dict[str, Any] | None:
