@@ -48,9 +48,8 @@ class Decision:
     log_odds: float
     rivals: tuple[Candidate, ...] = ()
 
-    @property
-    def others(self) -> list[Decision]:
-        """The same decision for each of those that are as likely."""
+    def others(self, most: int, gap: float) -> list[Decision]:
+        """The same decision for the first of those that are as likely, where they leave at most a gap."""
         every = (self.candidate, *self.alike)
         return [
             replace(
@@ -59,13 +58,20 @@ class Decision:
                 alike=tuple(other for other in every if other is not one),
                 factor=_factor(one) or _factor_within(one),
             )
-            for one in self.alike
+            for one in self.alike[:most]
+            if one.within.gap <= gap
         ]
 
     @property
     def level(self) -> list[Decision]:
         """The same without a factor, for each of the mistakes in its place."""
         return [Decision(one, (), None, self.log_odds) for one in self.rivals]
+
+    @property
+    def fitted(self) -> Score | None:
+        """The fit that the search ended with, where that is of what puts it right and not of numbers near."""
+        settled = any(one.settle for one in self.candidate.hypotheses)
+        return None if settled or self.factor is not None else self.candidate.score
 
     def start(self, edits: Sequence[Change]) -> Array | None:
         """Where a fit with these edits begins: none where they have other effects than were fitted."""

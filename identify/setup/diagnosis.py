@@ -18,7 +18,7 @@ from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
-from identify.setup.search import searched
+from identify.setup.search import Searched, searched, searched_where_slight
 from identify.setup.stated import Stated, stated
 from identify.setup.within import times, within
 from identify.vibration.problem import Problem
@@ -29,6 +29,8 @@ _BY_SIZE = 0.99
 """Probability of a mistake that only the size of a number tells: one drive in a hundred may be as stiff."""
 _TOLD_APART = 1.02
 """Times the least gap up to which another explanation is as good."""
+_NEARLY = 2.0
+"""Times the least gap up to which another explanation may be as good with a factor that is exact."""
 _SIGMAS = 3.0
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
@@ -88,10 +90,14 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     if too_stiff(first) and (fast := _in_rad_per_s(as_stated, first, now.gap, alone=True)) is not None:
         return fast
     small = (gap or now.gap) <= LARGE and first.cost <= ROUGH
-    if abs(first.level) < SLIGHT and (now.explained or small):
+    if abs(first.level) < SLIGHT and now.explained:
         found = Found(Looked(now.gap), first)
+    elif abs(first.level) < SLIGHT and small:
+        found = _found(as_stated, searched_where_slight(as_stated, first), now.gap)
     else:
-        found = _found(as_stated, first, now.gap)
+        found = _found(as_stated, searched(as_stated, first), now.gap)
+        if found.looked.diagnosis is None:
+            found = Found(Looked(now.gap, _braked(as_stated, first, now.gap)), first)
     if too_stiff(found.corrected):
         return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
@@ -115,11 +121,13 @@ class _Put:
     gap: float
 
 
-def _found(as_stated: Stated, first: Score, gap: float) -> Found:
-    decision = decided(searched(as_stated, first))
+def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
+    first, decision = search.plain.score, decided(search)
     if decision is None:
-        return Found(Looked(gap, _braked(as_stated, first, gap)), first)
-    every = _put_right(as_stated, [decision, *decision.others[:_OTHERS]])
+        return Found(Looked(gap), first)
+    every = _put_right(as_stated, [decision])
+    most = _NEARLY * min(map(_gap, every), default=np.inf)
+    every += _put_right(as_stated, decision.others(_OTHERS, most))
     if every and min(every, key=_gap).decision.factor is not None:
         every += _put_right(as_stated, decision.level[:_OTHERS])
     least = min(map(_gap, every), default=gap)
@@ -205,7 +213,7 @@ def _put(as_stated: Stated, decision: Decision) -> list[_Put]:
     for factor in (None,) if decision.factor is None else near(decision.factor.value, apart):
         chosen = replace(decision, factor=factor)
         edits = (*_edits(chosen), *_of_factor(chosen))
-        score = scored(as_stated.changed(edits).problem(), chosen.start(edits))
+        score = chosen.fitted or scored(as_stated.changed(edits).problem(), chosen.start(edits))
         found.append(_Put(chosen, edits, score, within(score, as_stated.uncertainty).gap))
     return found
 

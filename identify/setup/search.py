@@ -36,6 +36,8 @@ _BODIES = ("robot-units",)
 """Kinds that make bodies possible which cannot be."""
 _LIKELY = 5
 """Hypotheses of a round of which the likelihood is asked where no logarithm helps."""
+_SLIGHT = ("window",)
+"""Kinds that may leave less in logarithms than a right set-up does."""
 _LATER = ("joint-offset",)
 """Kinds that are asked only where no other helps: they can mimic others."""
 _STEPS, _CLOSER, _FARTHER = 4, 0.5, 3.0
@@ -107,6 +109,14 @@ def searched(stated: Stated, score: Score) -> Searched:
     if len(rounds) > 1 and (again := _again(plain, best)) is not best:
         rounds[-1] = (again,)
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
+
+
+def searched_where_slight(stated: Stated, score: Score) -> Searched:
+    """A single mistake that explains all of the little that is left: a missing effect explains as little."""
+    plain = Candidate(stated, score)
+    hypotheses = list(_of_kinds(plain, _SLIGHT))
+    explained = [one for one in refined(plain, hypotheses) if one.within.explained]
+    return Searched(plain, (tuple(explained),) if explained else (), (), len(hypotheses))
 
 
 def _again(plain: Candidate, best: Candidate) -> Candidate:

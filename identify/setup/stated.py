@@ -98,7 +98,9 @@ class Stated:
     def _given(self) -> Iterator[Given]:
         for number, data in self.sets.items():
             settings = self.study.measurements[number]
-            right = settings.correct.applied(data, f"measurement {number}")
+            decay = settings.window_decay_per_s  # which an edit may say
+            told = data if decay is None else replace(data, window_decay_per_s=decay)
+            right = settings.correct.applied(told, f"measurement {number}")
             right = in_band(right.chosen(settings.outputs, settings.inputs, ""), self.study.band_hz, "")
             right = right.evenly(self.lines)
             posture = posture_of(self.study, settings, self.robot, number)

@@ -10,12 +10,15 @@ import pytest
 
 from identify.measured.channel import Channel
 from identify.setup.brakes import brake, drives
+from identify.setup.diagnosis import look
 from identify.setup.edits import Edit, in_words
 from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
 from identify.setup.search import Candidate, refined
 from identify.setup.stated import Stated
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
 from tests.setup import studies
 
 CENTRE = [0.12, -0.1, 0.05]
@@ -90,6 +93,19 @@ def test_a_window_that_is_not_told(tmp_path: Path) -> None:
     assert [one.key for one in settled] == [("measurements", n, "window_decay_per_s") for n in range(2)]
     assert settled[0].value == pytest.approx(8.0, rel=0.05)
     assert not list(KINDS["window"](studies.of(tmp_path, studies.config()), plain)), "it is told"
+
+
+def test_a_window_that_leaves_a_small_gap_is_named_with_what_puts_it_right(tmp_path: Path) -> None:
+    measurements = studies.simulated(tmp_path, measurements=studies.each(window_decay_per_s=8.0))
+    without = [{k: v for k, v in one.items() if k != "window_decay_per_s"} for one in measurements]
+    path = studies.written(tmp_path, studies.config(measurements=without))
+    found = look(load_problem(read_study(path)))
+    assert 2 < found.gap < 6
+    assert found.diagnosis is not None
+    assert found.diagnosis.codes == ("window",)
+    assert found.diagnosis.gap_after < 0.1, "what was simulated has no noise"
+    told = [one for one in found.diagnosis.edits if isinstance(one, Edit)]
+    assert [one.value for one in told] == pytest.approx([8.0, 8.0], rel=0.01)
 
 
 @pytest.mark.parametrize(("factor", "number"), [(6.0, 1), (1 / 6.0, 0)])

@@ -61,7 +61,8 @@ def test_what_makes_no_study_is_no_rival(tmp_path: Path) -> None:
     told = studies.of(tmp_path, studies.config())
     score = scored(told.problem())
     body = [{"link": "link6", "mass_kg": 0.0, "centre_m": [0, 0, 0]}]
-    nothing = Hypothesis("payload", "", (Edit(("robot", "payload"), body),), "payload")
+    edit = Edit(("robot", "payload"), body)
+    nothing = Hypothesis("payload", "", (), "payload", lambda _: (edit,))
     none, plain = (
         Decision(Candidate(told, score, some), (), None, 9.0)
         for some in ((nothing,), tuple[Hypothesis, ...]())
