@@ -346,15 +346,16 @@ def points(
     robot: RobotFile,
     data: Annotated[
         list[Path] | None,
-        typer.Argument(help="measured FRFs, or a universal file with the geometry of the test"),
+        typer.Argument(help="measured FRFs, or a file with the geometry of the test"),
     ] = None,
     *,
     options: PointsOptions,
 ) -> None:
     """Find where the nodes of a test are: lay its geometry on the robot, or click on a page.
 
-    Writes points.csv from the geometry in universal files (datasets 15 or 2411), and a page to look at it and
-    to put further nodes on the surfaces of the robot.
+    Writes points.csv from the geometry in universal files (datasets 15 or 2411) or a CSV of nodes, and a page
+    to look at it and to put further nodes on the surfaces of the robot.  A study without points does the
+    same when it is read.
     """
     from identify.api import commands as api
     from identify.reports.points.said import sentences

@@ -22,7 +22,9 @@ def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
     data = round_trip().load(known.config)
     data["name"] = f"{known.name}_plan"
     if known.config_folder is not None:
+        laid = data.get("registration", {})
         own = [(data, "points"), (data, "modal_choices"), (data.get("like", {}), "result")]
+        own += [(laid, "geometry"), (laid, "pairs")]
         for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), *own):
             if key in owner:
                 owner[key] = relocated(owner[key], known.config_folder, folder)

@@ -395,10 +395,10 @@ def main() -> None:
     parser.add_argument("--time", type=int, default=120, help="seconds of `identify discover`")
     parser.add_argument("--keep", type=Path, help="a folder for the files")
     parser.add_argument("--store", help="name of the walk in tests/benchmarks/results/walk.json")
-    parser.add_argument("--until", choices=("check", "fit", "discover"), default="discover")
+    parser.add_argument("--until", choices=("check", "fit", "discover", "both"), default="both")
     asked = parser.parse_args()
     commands = ["fit config.yaml", f"discover config.yaml --workers 1 --time {asked.time} --out {FOUND}"]
-    further = commands[: ("check", "fit", "discover").index(asked.until)]
+    further = {"check": [], "fit": commands[:1], "discover": commands[1:], "both": commands}[asked.until]
     with tempfile.TemporaryDirectory() as name:
         folder = asked.keep or Path(name)
         folder.mkdir(parents=True, exist_ok=True)
