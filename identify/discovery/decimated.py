@@ -17,9 +17,9 @@ from identify.vibration.costs.target import FrfTarget
 from identify.vibration.given import Given
 from identify.vibration.problem import Measurement, Problem, with_effects
 
-_LINES, _FEWEST = 84, 21
-"""Frequency lines that quick trials see of all fitted measurements together, and of each at least, spread
-evenly over the band.
+_FRFS, _LINES, _FEWEST = 6300, (42, 84), 21
+"""Values of FRFs that quick trials see, at so many frequency lines of all fitted measurements together, and
+of each at least, spread evenly over the band: many channels tell no more of what lies between lines.
 """
 _LEAST = 8
 """Lines of the lower part of a band at least."""
@@ -31,7 +31,8 @@ def decimated(problem: Problem) -> Problem:
     """
 
     fitted = [m for m in problem.measurements if m.settings.use == "fit"]
-    wanted = max(_FEWEST, _LINES // len(fitted))
+    pairs = max((m.target.sigma.shape[1] for m in fitted if isinstance(m.target, FrfTarget)), default=1)
+    wanted = max(_FEWEST, int(np.clip(_FRFS // pairs, *_LINES)) // len(fitted))
 
     def fewer(m: Measurement) -> Measurement:
         if not isinstance(m.target, FrfTarget):

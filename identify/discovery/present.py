@@ -52,7 +52,7 @@ def _ended(problem: Problem, start: Array) -> tuple[float, dict[str, float]]:
     effects, names = problem.file.study.effects, [p.name for p in problem.parameters]
     values = dict(zip(names, map(float, start), strict=True))
     unknowns = Unknowns(with_effects(problem, effects, values), len(effects))
-    first = Penalised(unknowns, logarithmic=True, price=0.0).minimise(Point(unknowns.reference), _ROBUST)
+    first = Penalised(unknowns, logarithmic=True, price=0.0).led(Point(unknowns.reference), _ROBUST)
     fit = Penalised(unknowns, price=0.0)
     x = fit.minimise(Point(first.x), _STEPS).x
     ended = map(float, unknowns.to_values(x))

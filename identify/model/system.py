@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index
+from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.compliances import Compliances
@@ -271,10 +271,14 @@ def assemble(
     effects: Sequence[Effect],
     rates: Array | None = None,
     driven: frozenset[int] = frozenset(),
+    since: int = 0,
 ) -> System:
     """The system at one posture, with joint rates (joints,), rad/s, if the robot moves, and the torques of
     the motors of some joints as inputs; raises InputError where nothing can move, or where two effects claim
     the same parameter.
+
+    since: number of the first effect whose parameters and terms it has; those before let coordinates move
+    and no more.
     """
     loose = frozenset(rotor(joint) for joint in driven)
     names = free_coordinates(robot, effects)
@@ -287,7 +291,7 @@ def assemble(
             "a compliance",
             "add `kind: joint-compliance`",
         )
-    by_effect = _terms(robot, site, effects)
+    by_effect = _terms(robot, site, effects[since:])
     every = [_let_go(term, site, loose) for terms in by_effect for term in terms]
     last = np.cumsum([len(terms) for terms in by_effect])
     pick = np.ix_(free, free)
@@ -303,7 +307,7 @@ def assemble(
         factors,
         tuple(
             (effect, np.arange(end - len(terms), end))
-            for effect, terms, end in zip(effects, by_effect, last, strict=True)
+            for effect, terms, end in zip(effects[since:], by_effect, last, strict=True)
         ),
         _placed(every),
         None if rates is None else _coriolis(site, rates)[pick],
@@ -388,11 +392,30 @@ def factored(changes: Iterable[Change], size: int) -> Factors:
     """
     every = list(changes)
     power, owner = (np.array([getattr(one, name) for one in every], dtype=int) for name in ("power", "owner"))
-    values, directions = np.linalg.eigh(np.array([one.matrix for one in every]).reshape(-1, size, size))
-    kept = np.abs(values) > _NOTHING * np.abs(values).max(axis=1, keepdims=True, initial=0.0)
-    change = np.nonzero(kept)[0]
     factor = np.array([one.factor for one in every])
     if not np.any(np.imag(factor)):
         factor = np.real(factor)
-    vectors = np.swapaxes(directions, 1, 2)[kept].T
-    return Factors(vectors, power[change], values[kept] * factor[change], owner[change])
+    change, weight, vectors = _thin(np.array([one.matrix for one in every]).reshape(-1, size, size))
+    return Factors(vectors.T, power[change], weight * factor[change], owner[change])
+
+
+def _thin(matrices: Array) -> tuple[Index, Array, Array]:
+    """Number of the matrix (columns,), eigenvalue (columns,) and eigenvector (columns, n) of each column, of
+    matrices (m, n, n) which touch few coordinates each: decomposed over these, those that touch as many at
+    once.
+    """
+    touched: Mask = np.any(matrices, axis=1)
+    count, size = touched.sum(axis=1), matrices.shape[-1]
+    found = [(np.zeros(0, dtype=int), np.zeros(0), np.zeros((0, size)))]
+    for some in np.unique(count[count > 0]):
+        own = np.flatnonzero(count == some)
+        at = np.nonzero(touched[own])[1].reshape(-1, some)
+        values, directions = np.linalg.eigh(matrices[own[:, None, None], at[:, :, None], at[:, None, :]])
+        kept = np.abs(values) > _NOTHING * np.abs(values).max(axis=1, keepdims=True)
+        which = np.nonzero(kept)[0]
+        vectors = np.zeros((len(which), size))
+        np.put_along_axis(vectors, at[which], np.swapaxes(directions, 1, 2)[kept], axis=1)
+        found.append((own[which], values[kept], vectors))
+    change, weight, vectors = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.argsort(change, kind="stable")
+    return change[order], weight[order], vectors[order]

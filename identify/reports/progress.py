@@ -51,7 +51,7 @@ class StartCount:
 
 @contextmanager
 def story(quiet: bool) -> Iterator[Story]:
-    """The turns of a discovery as they come, and how many candidates of a turn are tried."""
+    """The turns of a discovery as they come, what is done, and how many candidates of a turn are tried."""
     with shown(quiet, "reading, and fitting the present model") as where:
 
         def tried(number: int, total: int) -> None:
@@ -61,7 +61,7 @@ def story(quiet: bool) -> Iterator[Story]:
             else:
                 where.tell("comparing the best candidates", stage="best")
 
-        yield Story(where.say, tried)
+        yield Story(where.say, tried, doing=lambda what: where.tell(what, stage=what))
 
 
 @contextmanager

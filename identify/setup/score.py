@@ -26,14 +26,12 @@ from identify.vibration.costs.base import in_chunks
 from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
+from identify.vibration.scales import scaled_drives
 
 _FARTHEST = 25.0
 """Logarithms beyond which nothing more is said: g mm2 for kg m2 are a factor of 1e9."""
 _STILL = 1e-8
 """Times the largest FRF that a point has which does not move but for rounding."""
-_SCALES, _SLOPES = tuple(np.linspace(-3.0, 3.0, 9)), (-1.0, 0.0, 1.0)
-"""Logarithms of factors of all stiffnesses, and of the first against the last, that are tried first: drives
-of arms from 5 to 500 kg."""
 ROUGH = 1.0
 """RMS of logarithms, in tenths, up to which a set-up is right."""
 SLIGHT = np.log(1.25)
@@ -204,7 +202,8 @@ def scored(
     scale, shape = Scale(problem.parameters), shape or LogShape(problem)
     magnitudes = shape.of_magnitudes()
     given = [] if start is None else [scale.to_x(start)]
-    starts = np.clip([*given, *_scaled(problem, scale)], *scale.bounds())
+    scaled = [scale.to_x(values) for values in scaled_drives(problem)]
+    starts = np.clip([*given, *scaled], *scale.bounds())
     costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
@@ -217,20 +216,3 @@ def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) ->
     search = Search(objective, scale, 10 * optimizer.evaluations)
     minimized(optimizer, search, x, np.random.default_rng(0))
     return x if search.best_x is None else search.best_x
-
-
-def _scaled(problem: Problem, scale: Scale) -> list[Array]:
-    """Start values (free,) with stiffnesses a factor larger, which may fall or rise along the arm; dampers by
-    its root.
-    """
-    whole, slope = np.zeros((2, len(scale.free)))
-    joints = max(len(problem.robot.joints), 2)
-    for place, number in enumerate(scale.free):
-        name = problem.parameters[number].name
-        power = {"stiffness": 1.0, "damping": 0.5}.get(name.rpartition(".")[2], 0.0)
-        power *= problem.parameters[number].log
-        digits = name.partition(".")[0].removeprefix("joint")
-        along = 2 * (int(digits) - 1) / (joints - 1) - 1 if digits.isdigit() else 0.0
-        whole[place], slope[place] = power, power * along
-    first = scale.to_x(problem.initial)
-    return [first + one * whole + other * slope for one in _SCALES for other in _SLOPES]

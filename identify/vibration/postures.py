@@ -33,7 +33,7 @@ class Built:
 
 class Postures:
     """Systems of a robot with some effects; first: the site of the whole robot at the first posture; angles:
-    how stated ones count.
+    how stated ones count; since: number of the first effect whose terms they have.
     """
 
     def __init__(
@@ -44,8 +44,9 @@ class Postures:
         first: Array,
         built: Built,
         angles: JointAngles = AS_THE_ROBOT,
+        since: int = 0,
     ) -> None:
-        self.angles = angles
+        self.angles, self._since = angles, since
         self._robot, self._points, self._effects = robot, points, effects
         self._engines, self._sites = dict(built.engines), dict(built.sites)
         self._systems: dict[tuple[Stand, bytes, frozenset[int]], System] = {}
@@ -60,7 +61,7 @@ class Postures:
         key = stand(posture, detached), b"" if rates is None else rates.tobytes(), driven
         if key not in self._systems:
             site = self._site(posture, detached, self.first)
-            self._systems[key] = assemble(self._robot, site, self._effects, rates, driven)
+            self._systems[key] = assemble(self._robot, site, self._effects, rates, driven, self._since)
         return self._systems[key]
 
     def _site(self, posture: Array, detached: str | None, first: Site | None) -> Site:

@@ -269,15 +269,15 @@ def with_effects(problem: Problem, effects: Sequence[Effect], values: Mapping[st
 
 
 def systems_with(problem: Problem, effects: Sequence[Effect]) -> list[System]:
-    """The model at each measurement with effects beyond those of the study, alone: what these add to the
-    matrices needs neither targets nor nuisance parameters.
+    """What effects beyond those of the study add to the model at each measurement, and nothing of what is
+    there but the coordinates: that needs neither targets nor nuisance parameters.
 
     Raises InputError where the effects do not fit the robot or each other.
     """
     study, changed = problem.file.study, any(effect.changes_site for effect in effects)
     built, first = already_built(problem, with_sites=not changed), problem.measurements[0].given.posture
-    every = [*study.effects, *effects]
-    postures = Postures(problem.robot, problem.points, every, first, built, study.joint_angles)
+    every, known = [*study.effects, *effects], len(study.effects)
+    postures = Postures(problem.robot, problem.points, every, first, built, study.joint_angles, known)
     return [_system(postures, m.given) for m in problem.measurements]
 
 

@@ -20,6 +20,7 @@ from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import usual_stiffness
 from identify.vibration.problem import Problem
+from identify.vibration.scales import scaled_drives
 
 _LOOSE, _ROBUST_STEPS, _LOOSE_STEPS, STEPS = 0.3, 6, 12, 30
 """Price of the first steps, by logarithmic residuals and by the likelihood; steps of each stage."""
@@ -94,7 +95,7 @@ def dense_fit(
         unknowns = Unknowns(with_more(below(problem, share), effects), known)
         first = not len(x)
         if first:
-            x = _usual(unknowns) if usual else unknowns.reference
+            x = _start(unknowns, usual=usual)
         x = _led(unknowns, x, until, robust=first)
         if share < 1:
             x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS, until).x
@@ -112,14 +113,23 @@ def _settled(
     return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until, ended)
 
 
-def _usual(unknowns: Unknowns) -> Array:
-    """The reference with compliances of usual bearings; links are rigid."""
-    x, values = unknowns.reference.copy(), {p.name: p.initial for p in unknowns.problem.parameters}
+def _start(unknowns: Unknowns, *, usual: bool) -> Array:
+    """On the scale of all drives that is best by logarithms, with rigid or usual bearings."""
+    fit, problem = Penalised(unknowns, logarithmic=True), unknowns.problem
+    scaled = [np.clip(unknowns.to_x(values), *unknowns.limits) for values in scaled_drives(problem)]
+    rigid = [np.where(unknowns.springs | unknowns.nuisances, unknowns.reference, x) for x in scaled]
+    return min([_usual(unknowns, x) if usual else x for x in rigid], key=fit.squares)
+
+
+def _usual(unknowns: Unknowns, x: Array) -> Array:
+    """With compliances of usual bearings beside the drives at x (f,)."""
+    names = [p.name for p in unknowns.problem.parameters]
+    found, values = x.copy(), dict(zip(names, unknowns.to_values(x), strict=True))
     for number in np.flatnonzero(unknowns.springs):
         body, axis, *_ = unknowns.names[number].split(".")
         if body.startswith(("base", "joint", "payload")):
-            x[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
-    return x
+            found[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
+    return found
 
 
 def gone_on(
@@ -141,8 +151,9 @@ def afresh(found: Found) -> Found:
     """The fit from usual bearings, rigid links and no errors again, with all else as it was found: a fit that
     compensated for something else than it has now is in a valley of its own.
     """
-    unknowns, usual = found.unknowns, _usual(found.unknowns)
-    x = np.where(unknowns.springs | unknowns.nuisances | unknowns.times, usual, found.x)
+    unknowns = found.unknowns
+    again = unknowns.springs | unknowns.nuisances | unknowns.times
+    x = _usual(unknowns, np.where(again, unknowns.reference, found.x))
     x = _led(unknowns, x, found.until)
     return _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until)
 
@@ -150,7 +161,7 @@ def afresh(found: Found) -> Found:
 def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:
     """The first steps, which prices hardly hold; robust: by logarithms before."""
     if robust:
-        x = Penalised(unknowns, logarithmic=True, price=_LOOSE).minimise(Point(x), _ROBUST_STEPS, until).x
+        x = Penalised(unknowns, logarithmic=True, price=_LOOSE).led(Point(x), _ROBUST_STEPS).x
     return Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
 
 

@@ -137,6 +137,12 @@ class Penalised:
             slope[unit.amplitudes] -= pull @ away[unit.amplitudes]
         return curvature, slope
 
+    def led(self, point: Point, steps: int) -> Point:
+        """So many steps at most of all but nuisance parameters, which wait: near a start others matter."""
+        while not point.settled and point.steps < steps:
+            point = self.step(point, ~self.unknowns.nuisances)
+        return point
+
     def minimise(self, point: Point, steps: int, until: float = np.inf) -> Point:
         """So many steps at most: of all unknowns, and between those a few of what is present alone, which
         cost far less where most is absent; few after `until`, s of the monotonic clock.

@@ -78,11 +78,12 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     structure = tuple(all_springs(problem, shrink=True))
-    told = [] if stated else _with_links_as_told(problem, structure, story, unseen)
+    told = _with_links_as_told(problem, structure, story, unseen)
     likeliest = max(told, key=_evidence, default=None)
     if likeliest is None or not (story.late or likeliest.simple):
         closed = [one for one in told if one.closed]
         bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+        story.doing("fitting everything that may be missing at once")
         usual = dense_fit(bending, structure, usual=True, until=story.until)
         fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
         if not (closed and _open(fits)):
@@ -100,6 +101,7 @@ def _with_links_as_told(
     """From rigid bearings, with what no spring stands for in two rounds, unless it is parts of links, whose
     forms are uncertain.
     """
+    story.doing("fitting with rigid bearings and links that may give way")
     fits = _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1)
     if _open(fits) and not any(
         isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects
@@ -115,9 +117,11 @@ def _others(
     """Where that leaves something open: with all instruments from the start, and band by band."""
     if story.late:
         return
+    story.doing("fitting again, with errors of every sensor and force")
     more = dense_fit(problem, (*structure, *instruments(problem)), usual=True, until=story.until)
     yield more
     if _open([first, more]) and not story.late:
+        story.doing("fitting again, from the lower part of the band up")
         banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
         yield from _further(banded, story) if banded.objective < first.objective else [banded]
 
@@ -159,16 +163,20 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
     dictionary has, one by one; beside it what else closed the gap in the last round.
     """
     each_costs, others, shares = price(found.unknowns.count), list[Found](), dict[str, float]()
+    if found.gap < CLOSED and not believable(found.problem, found.values):
+        found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
         believed = believable(found.problem, found.values)
         if (found.gap < CLOSED and believed) or story.late:
             break
+        story.doing("scoring what else may be missing")
         # What fits the data by errors that are far out can only be what those are errors of.
         trials = _linear(found) if found.gap < CLOSED else _trials(found)
         likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
         worth = _worth(found, likely, each_costs)
         if not worth:
             break
+        story.doing(f"fitting the {len(worth)} likeliest of it")
         # Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
         stated = {} if believed else {one.name: 0.0 for one in found.problem.nuisances.entries}
         fitted = _tried(found, worth, stated, each_costs, shares)
@@ -242,6 +250,8 @@ def _tried(
     """
     glanced = [(one, gone_on(found, one.effects, {**start, **one.values}, _GLANCED)) for one in trials]
     glanced.sort(key=lambda pair: _costs(pair[1], each_costs))
+    # What is foreseen to be worth most may begin slowly.
+    glanced[1:] = sorted(glanced[1:], key=lambda pair: pair[0] is not trials[0])
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
         own = _ended(found, fit) if place < _SETTLED else fit

@@ -68,14 +68,15 @@ class Step(Generic[E, M]):
 @dataclass
 class Story:
     """Who is told of the progress: `say` gets a sentence at each turn, `done` the number of finished attempts
-    and of all in a step; steps: every step so far; until: when no further stage is begun, s of the monotonic
-    clock.
+    and of all in a step, `doing` what is done now; steps: every step so far; until: when no further stage is
+    begun, s of the monotonic clock.
     """
 
     say: Callable[[str], None] = lambda sentence: None
     done: Callable[[int, int], None] = lambda number, total: None
     steps: list[Step[Any, Any]] = field(default_factory=list)
     until: float = math.inf
+    doing: Callable[[str], None] = lambda what: None
 
     @property
     def late(self) -> bool:

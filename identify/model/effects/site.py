@@ -15,6 +15,8 @@ from identify.robot.engine import Engine
 from identify.robot.points import Point
 
 Deformation = Callable[[Array], Array]
+_LEAST_CARRIED = 1 / 30
+"""Of the inertia that a drive is made for, by that of the drive before it."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +82,17 @@ class Site:
         """The inertia that the coordinate moves at the reference when all others are locked, kg or kg m^2."""
         index = self.reference.number(coordinate)
         return float(self.reference.mass[index, index])
+
+    def carried(self, coordinate: str) -> float:
+        """The inertia that a spring there is made for, kg or kg m^2: of a drive at least a share of that of
+        the drive before it, because a flange without a tool carries next to nothing.
+        """
+        own, (body, _, axis) = self.inertia(coordinate), coordinate.partition(".")
+        number = body.removeprefix("joint")
+        before = f"joint{int(number) - 1}.rz" if number.isdigit() and axis == "rz" else ""
+        return (
+            max(own, _LEAST_CARRIED * self.carried(before)) if before in self.reference.coordinates else own
+        )
 
     @cached_property
     def gravity_stiffness(self) -> Array:

@@ -92,7 +92,7 @@ class Springs(Effect):
         places = [(name, stiffness_unit(name), site.unit(name)) for name in names]
         if self.shrink and self.coupled:
             places += diagonals(site, places, self.pairs)
-        inertia = np.array([site.inertia(first_of(name)) for name, _, _ in places])
+        inertia = np.array([site.carried(first_of(name)) for name, _, _ in places])
         keys = f"{where}.stiffness", f"{where}.damping"
         if self.shrink:
             return compliance_terms(places, inertia, self.stiffness, self.damping, keys)
