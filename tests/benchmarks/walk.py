@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from identify.model.effects.base import parse_effect
 from identify.results.discovery import DiscoveryResult
 from identify.results.file import read
 from identify.results.fit import FitResult
@@ -345,10 +346,7 @@ def story(test: Test, user: User, hide: str) -> dict[str, Any]:
     if not path.exists():
         return told
     found = read(path, DiscoveryResult)
-    named = [
-        _place(kind, json.loads(entry))
-        for kind, entry in zip(found.added.kind, found.added.config, strict=True)
-    ]
+    named = [_place(json.loads(entry)) for entry in found.added.config]
     true = {"none": [], "base": ["base-compliance rx ry"], "tilt": ["joint-compliance 2 rx ry"]}[hide]
     return told | {
         "named": list(found.added.sentence),
@@ -370,10 +368,12 @@ def _fitted(result: FitResult, true: Array) -> dict[str, Any]:
     return {"gap_of_fit": round(result.gap, 2), "held": f"{sum(held)} of {len(held)}", "ln_error": off}
 
 
-def _place(kind: str, entry: dict[str, Any]) -> str:
-    where = " ".join(str(entry[key]) for key in ("joint", "link", "point") if key in entry)
-    where = where or " ".join(map(str, entry.get("joints", [])))
-    return " ".join([kind, *([where] if where else []), *sorted(entry.get("axes", []))])
+def _place(entry: dict[str, Any]) -> str:
+    """An entry of a config as kind, place and axes, defaults among them."""
+    told = parse_effect(entry).model_dump()
+    where = " ".join(str(told[key]) for key in ("joint", "link", "point") if told.get(key))
+    where = where or " ".join(map(str, told["joints"] if isinstance(told.get("joints"), list) else []))
+    return " ".join([told["kind"], *([where] if where else []), *sorted(told.get("axes", []))])
 
 
 def _right_links(test: Test, config: Path) -> int:
