@@ -87,11 +87,11 @@ def standing(model: Trial) -> str:
 
 
 def _confirmed(workers: Workers, state: State, story: Story) -> State:
-    """Without what a refit on all lines, and data that are not fitted, do not support: odds from the
-    curvature on few lines are near the truth where they are large.
+    """Without what a refit on all lines, and data that are not fitted, do not support; with their odds where
+    those from the curvature on few lines are small, which are near the truth where they are large.
 
-    The least supported first, until one holds; all of them where one depends on amplitude, which the others
-    may have compensated for before it was found.
+    The least supported first, until one of large odds holds; all of them where one depends on amplitude,
+    which the others may have compensated for before it was found.
     """
     every = any(one.effect.of_amplitude for one in state.added)
     for one in sorted(state.added, key=lambda one: one.evidence):
@@ -99,9 +99,14 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
             break
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
-        if -likelier(state, model) < CONVINCING:
+        odds = -likelier(state, model)
+        others = tuple(other for other in state.added if other != one)
+        if odds < CONVINCING:
             story.say(f"Not confirmed: {one.effect.sentence()}.")
-            state = State(state.problem, model, tuple(other for other in state.added if other != one))
+            state = State(state.problem, model, others)
+        elif one.evidence < CONVINCING:
+            told = (replace(one, evidence=odds) if other == one else other for other in state.added)
+            state = replace(state, added=tuple(told))
         elif not every:
             break
     return state

@@ -44,7 +44,9 @@ def test_a_probability_is_shared_with_rivals() -> None:
 
 
 def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
-    """A gain that few lines spoke for beside a tilt and a delay; what is better supported is not asked."""
+    """A gain that few lines spoke for beside a tilt and a delay; what is better supported is not asked, and
+    what few lines spoke against has the odds of all lines.
+    """
     problem = load_problem(read_study(CONFIG.with_name("hidden_effects.yaml")))
     known, said = tuple(problem.file.study.effects), list[str]()
     [node, *_] = problem.points
@@ -52,10 +54,11 @@ def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
     values = {p.name: p.initial for p in problem.parameters}
     with Workers(problem, 1) as workers:
         [model] = workers.run([Task(known, (TILT, DELAY, gain), values, whole=True)])
-        state = State(problem, model, (Added(TILT, 90.0), Added(DELAY, 50.0), Added(gain, 8.0)))
+        state = State(problem, model, (Added(TILT, -90.0), Added(DELAY, 50.0), Added(gain, 8.0)))
         found = _confirmed(workers, state, Story(say=said.append))
     assert [one.effect for one in found.added] == [TILT, DELAY]
     assert gain not in found.effects
+    assert found.added[0].evidence > 20 and found.added[1].evidence == 50.0
     assert len(said) == 1 and said[0].startswith("Not confirmed: gain of channel")
 
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.closest_turn import closest_turn
@@ -104,7 +104,7 @@ def _turns(nodes: Array, robot: Array) -> Iterator[Array]:
         for step in range(_AROUND):
             yield turned([0, 0, 2 * np.pi * step / _AROUND])[:3, :3] @ up
     own, other = (np.linalg.svd(p - p.mean(axis=0), full_matrices=False)[2] for p in (nodes, robot))
-    for signs in Rotation.create_group("D2").as_matrix():
+    for signs in scipy.spatial.transform.Rotation.create_group("D2").as_matrix():
         turn = other.T @ signs @ own
         yield turn * np.sign(np.linalg.det(turn)) if np.linalg.det(turn) > 0 else other.T @ signs @ -own
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
@@ -39,13 +39,16 @@ class Skin:
     centres: Array
     normals: Array
     apart: float
-    tree: cKDTree
+    tree: scipy.spatial.cKDTree
 
     def decimated(self, times: int) -> Skin:
         """So many times fewer discs, which are larger, for a first look."""
         some = slice(None, None, times)
         return Skin(
-            self.centres[some], self.normals[some], self.apart * np.sqrt(times), cKDTree(self.centres[some])
+            self.centres[some],
+            self.normals[some],
+            self.apart * np.sqrt(times),
+            scipy.spatial.cKDTree(self.centres[some]),
         )
 
     def nearest(
@@ -99,7 +102,7 @@ def _skin(centres: Array, normals: Array, side: Array, apart: float) -> Skin | N
     seen = side != 0
     if not seen.any():
         return None
-    return Skin(centres[seen], normals[seen] * side[seen, None], apart, cKDTree(centres[seen]))
+    return Skin(centres[seen], normals[seen] * side[seen, None], apart, scipy.spatial.cKDTree(centres[seen]))
 
 
 def _discs(mesh: Mesh, apart: float) -> tuple[Array, Array]:

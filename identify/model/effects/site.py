@@ -90,9 +90,9 @@ class Site:
         own, (body, _, axis) = self.inertia(coordinate), coordinate.partition(".")
         number = body.removeprefix("joint")
         before = f"joint{int(number) - 1}.rz" if number.isdigit() and axis == "rz" else ""
-        return (
-            max(own, _LEAST_CARRIED * self.carried(before)) if before in self.reference.coordinates else own
-        )
+        if before not in self.reference.coordinates:
+            return own
+        return max(own, _LEAST_CARRIED * self.carried(before))
 
     @cached_property
     def gravity_stiffness(self) -> Array:

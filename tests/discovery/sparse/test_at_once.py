@@ -27,7 +27,7 @@ from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.vibration.all_springs import all_springs
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
 from tests.generator.cases import hide
@@ -69,6 +69,16 @@ def test_three_effects_are_found_together(tmp_path: Path) -> None:
         "radial compliance of joint 3 (tx, ty)",
     }
     assert all(one.evidence > 20 for one in named)
+
+
+def test_guesses_that_are_far_off_lead_there_too(tmp_path: Path) -> None:
+    """Every drive is guessed to be 15 times as soft as it is usually guessed."""
+    with one_thread():
+        problem = problem_of(tmp_path, "tilt_j2", 4)
+        known, guesses = problem.file.study.effects, {p.name: p.initial for p in problem.parameters}
+        softer = {name: value / 15 for name, value in guesses.items() if name.endswith("rz.stiffness")}
+        problem = with_effects(problem, known, {**guesses, **softer})
+        assert dense_fit(problem, tuple(all_springs(problem, shrink=True)), usual=True).gap < 1.1
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,20 @@ def test_a_spring(ratio: float, tmp_path: Path) -> None:
     assert _pole(*_alone(tmp_path, [spring])) == pytest.approx((START_HZ, ratio), rel=1e-9)
 
 
+def test_the_drive_of_a_bare_flange_is_made_for_more_than_it_carries(tmp_path: Path) -> None:
+    """A thirtieth of what the drive before it carries; bounds a thousand times either side hold what is
+    usual.
+    """
+    robot, spring = arm(tmp_path), parse_effect({"kind": "joint-compliance"})
+    bare = replace(robot.links[-1], mass=1e-3, centre=np.zeros(3), inertia=1e-9 * np.eye(3))
+    robot = replace(robot, links=(*robot.links[:-1], bare))
+    site = build_site(robot, random_posture(1), [spring])
+    found = {p.name: p for p in list_parameters(robot, site, [spring])}
+    before, last = (found[f"joint{n}.rz.stiffness"] for n in (5, 6))
+    assert before.initial == pytest.approx(site.inertia("joint5.rz") * (2 * np.pi * START_HZ) ** 2, rel=1e-9)
+    assert last.initial == pytest.approx(before.initial / 30, rel=1e-9)
+
+
 @pytest.mark.parametrize("ratio", [0.03, 0.07])
 def test_a_rotor_that_is_held(ratio: float, tmp_path: Path) -> None:
     """What the holding spring moves is the arm and, by far the most here, the rotor as the gear output feels
