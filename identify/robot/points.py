@@ -9,6 +9,7 @@ axes in that order (the convention of URDF's rpy).
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -106,9 +107,17 @@ def points_text(path: Path, points: Mapping[int, Point]) -> str:
 
 def as_written(point: Point) -> Point:
     """The point as a new file of points has it, to 0.01 mm and 0.001 degrees."""
-    turn = np.round(scipy.spatial.transform.Rotation.from_matrix(point.axes.T).as_euler("xyz", True), 3)
+    turn = np.round(_turn_deg(point), 3)
     axes = np.eye(3) if not turn.any() else pose(np.zeros(3), np.radians(turn))[:3, :3].T
     return replace(point, position=np.round(point.position, 5) + 0.0, axes=axes)
+
+
+def _turn_deg(point: Point) -> Array:
+    """Angles (3,) about the link's fixed x, y, z, in that order, that turn its axes to those of the point."""
+    turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a quarter turn about y: several angles say the same
+        return np.asarray(turn.as_euler("xyz", degrees=True))
 
 
 def new_points_text(points: Mapping[int, Point]) -> str:
@@ -117,8 +126,7 @@ def new_points_text(points: Mapping[int, Point]) -> str:
     lines = [joined([*COLUMNS, *(ANGLES if wide else ())])]
     for node, point in points.items():
         cells = [f"{x:.5f}" for x in point.position]
-        turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
-        cells += [f"{x:.3f}" for x in turn.as_euler("xyz", degrees=True)] if wide else []
+        cells += [f"{x:.3f}" for x in _turn_deg(point)] if wide else []
         lines.append(joined([str(node), point.name, point.link, *cells]))
     return "\n".join(lines) + "\n"
 
@@ -132,10 +140,7 @@ def _cells(nominal: Point, point: Point | None, *, wide: bool) -> dict[str, str]
         return found
     found |= {name: f"{x:.9g}" for name, x in zip(COLUMNS[3:], point.position, strict=True)}
     if wide and np.any(point.axes != nominal.axes):
-        turn = scipy.spatial.transform.Rotation.from_matrix(point.axes.T)
-        found |= {
-            name: f"{x:.9g}" for name, x in zip(ANGLES, turn.as_euler("xyz", degrees=True), strict=True)
-        }
+        found |= {name: f"{x:.9g}" for name, x in zip(ANGLES, _turn_deg(point), strict=True)}
     return found
 
 

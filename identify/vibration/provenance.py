@@ -45,8 +45,9 @@ def description_of(file: StudyFile, points: Mapping[int, Point]) -> results.Desc
     a study that has no file of them.
     """
     settings, path = file.study.robot, file.study.points
-    made = new_points_text(points) if points else ""
-    text = made if path is None else _text(file.resolve(path))
+    text = "" if path is None else _text(file.resolve(path))
+    if path is None and points:
+        text = new_points_text(points)
     if settings.urdf is None:
         path = settings.dh or Path()
         return results.Description(path.name, _text(file.resolve(path)), text)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identify.core.errors import InputError, InputErrors
-from identify.robot.points import check_links, read_points
+from identify.robot.points import as_written, check_links, new_points_text, read_points
 from identify.robot.urdf import read_urdf
 from tests.robot.random_arm import general_arm, write
 from tests.shared import shared
@@ -155,6 +155,14 @@ def test_all_bad_lines_come_at_once(tmp_path: Path) -> None:
         "points.csv line 4",
         "points.csv line 5",
     ]
+
+
+def test_a_sensor_turned_by_a_quarter_about_y_is_written_and_read(tmp_path: Path) -> None:
+    """Several angles say the same there, which is no warning."""
+    [turned] = read_points(points_file(tmp_path, f"{TURNED}\n1,a,arm,0.1,0,0,30,90,0\n")).values()
+    [again] = read_points(points_file(tmp_path, new_points_text({1: turned}))).values()
+    assert again.axes == pytest.approx(turned.axes, abs=1e-9)
+    assert as_written(turned).axes == pytest.approx(turned.axes, abs=1e-9)
 
 
 def test_a_missing_file_is_refused(tmp_path: Path) -> None:
