@@ -160,7 +160,8 @@ def _worth(before: Candidate, after: Candidate) -> bool:
     sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
     if sums[1] <= LEFT * sums[0]:
         return True
-    return after.stated.uncertainty is not None and after.within.worst**2 <= LEFT * before.within.worst**2
+    told = after.stated.uncertainty is not None or after.within.explained
+    return told and after.within.worst**2 <= LEFT * before.within.worst**2
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:

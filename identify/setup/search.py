@@ -107,16 +107,25 @@ def searched(stated: Stated, score: Score) -> Searched:
         best = better[0]
         rounds.append(tuple(better))
     if len(rounds) > 1 and (again := _again(plain, best)) is not best:
-        rounds[-1] = (again,)
+        best, rounds[-1] = again, (again,)
+    if rounds and best.score.cost <= ROUGH and len(rounds) < _ROUNDS:
+        rounds += filter(None, [_slight(best)])
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
 
 
 def searched_where_slight(stated: Stated, score: Score) -> Searched:
     """A single mistake that explains all of the little that is left: a missing effect explains as little."""
     plain = Candidate(stated, score)
-    hypotheses = list(_of_kinds(plain, _SLIGHT))
-    explained = [one for one in refined(plain, hypotheses) if one.within.explained]
-    return Searched(plain, (tuple(explained),) if explained else (), (), len(hypotheses))
+    explained = _slight(plain)
+    return Searched(plain, (explained,) if explained else (), (), len(_SLIGHT))
+
+
+def _slight(base: Candidate) -> tuple[Candidate, ...]:
+    """What explains all of the little that a candidate leaves; nothing where it leaves nothing."""
+    if base.within.explained:
+        return ()
+    tried = refined(base, list(_of_kinds(base, _SLIGHT)))
+    return tuple(one for one in tried if one.within.explained)
 
 
 def _again(plain: Candidate, best: Candidate) -> Candidate:

@@ -108,6 +108,17 @@ def test_a_window_that_leaves_a_small_gap_is_named_with_what_puts_it_right(tmp_p
     assert [one.value for one in told] == pytest.approx([8.0, 8.0], rel=0.01)
 
 
+def test_a_window_is_seen_once_a_larger_mistake_is_put_right(tmp_path: Path) -> None:
+    measurements = studies.simulated(tmp_path, measurements=studies.each(window_decay_per_s=8.0))
+    without = [{k: v for k, v in one.items() if k != "window_decay_per_s"} for one in measurements]
+    wrong = {"sign": [1, -1, 1, 1, 1, 1]}
+    path = studies.written(tmp_path, studies.config(measurements=without, joint_angles=wrong))
+    found = look(load_problem(read_study(path))).diagnosis
+    assert found is not None
+    assert set(found.codes) == {"joint-sign", "window"}
+    assert found.gap_after < 0.1
+
+
 @pytest.mark.parametrize(("factor", "number"), [(6.0, 1), (1 / 6.0, 0)])
 def test_a_brake_is_on_in_one_file(factor: float, number: int, tmp_path: Path) -> None:
     measurements = studies.simulated(tmp_path, {"joint3.rz.stiffness": factor})
