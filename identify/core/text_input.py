@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 import re
 from pathlib import Path
 
@@ -81,6 +82,24 @@ def joined(cells: list[str]) -> str:
 def is_number(text: str) -> bool:
     """Whether a cell is a number, of any size, as spreadsheets and programs write it."""
     return _NUMBER.fullmatch(text) is not None
+
+
+def finite(where: str, column: str, text: str) -> float:
+    """The number of a cell; InputError for none, and for one that is too large."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not abs(value) < LARGEST:
+        raise InputError(where, f"{column} is {text!r}", "a finite number")
+    return value
+
+
+def node_number(where: str, text: str) -> int:
+    """The number of a node; InputError for anything else."""
+    if not (text.isascii() and text.isdigit() and int(text) > 0):
+        raise InputError(where, f"node {text!r}", "a positive whole number")
+    return int(text)
 
 
 def _has_cells(line: str) -> bool:

@@ -100,10 +100,9 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
         odds = -likelier(state, model)
-        others = tuple(other for other in state.added if other != one)
         if odds < CONVINCING:
             story.say(f"Not confirmed: {one.effect.sentence()}.")
-            state = State(state.problem, model, others)
+            state = State(state.problem, model, tuple(other for other in state.added if other != one))
         elif one.evidence < CONVINCING:
             told = (replace(one, evidence=odds) if other == one else other for other in state.added)
             state = replace(state, added=tuple(told))

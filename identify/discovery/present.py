@@ -55,5 +55,4 @@ def _ended(problem: Problem, start: Array) -> tuple[float, dict[str, float]]:
     first = Penalised(unknowns, logarithmic=True, price=0.0).led(Point(unknowns.reference), _ROBUST)
     fit = Penalised(unknowns, price=0.0)
     x = fit.minimise(Point(first.x), _STEPS).x
-    ended = map(float, unknowns.to_values(x))
-    return float(np.sqrt(fit.squares(x) / fit.count)), dict(zip(names, ended, strict=True))
+    return float(np.sqrt(fit.squares(x) / fit.count)), unknowns.by_name(x)

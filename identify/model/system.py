@@ -330,25 +330,15 @@ def _let_go(term: Term, site: Site, loose: frozenset[str]) -> Term:
 
 def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:
     """The springs that are given by compliance, over the free coordinates."""
-    numbers = [number for number, term in enumerate(terms) if term.compliance is not None]
-    columns, owner = [np.zeros((0, free.size))], list[int]()
-    for spring, number in enumerate(numbers):
-        matrix = terms[number].compliance
-        assert matrix is not None
-        own = matrix[np.ix_(free, free)]
-        touched = np.flatnonzero(own.any(axis=0))
-        amount, directions = np.linalg.eigh(own[np.ix_(touched, touched)])
-        kept = amount > _NOTHING * amount.max(initial=0.0)
-        column = np.zeros((int(kept.sum()), free.size))
-        column[:, touched] = (directions[:, kept] * np.sqrt(amount[kept])).T
-        columns.append(column)
-        owner += [spring] * int(kept.sum())
-    springs = np.array(numbers, dtype=int)
-    return (
-        Compliances(np.concatenate(columns).T, np.array(owner, int), springs, springs + 1)
-        if numbers
-        else None
-    )
+    pick = np.ix_(free, free)
+    given = [(n, term.compliance[pick]) for n, term in enumerate(terms) if term.compliance is not None]
+    if not given:
+        return None
+    springs = np.array([number for number, _ in given])
+    owner, amount, vectors = _thin(np.array([matrix for _, matrix in given]))
+    kept = amount > 0
+    columns = vectors[kept].T * np.sqrt(amount[kept])
+    return Compliances(columns, owner[kept], springs, springs + 1)
 
 
 def _placed(terms: Sequence[Term]) -> tuple[PlacedLaw, ...]:

@@ -8,7 +8,6 @@ axes in that order (the convention of URDF's rpy).
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -19,7 +18,7 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
-from identify.core.text_input import LARGEST, joined, read_csv
+from identify.core.text_input import finite, joined, node_number, read_csv
 from identify.robot.description import Robot
 from identify.robot.pose import pose
 
@@ -181,22 +180,9 @@ def _point(where: str, header: list[str], cells: list[str]) -> Point:
     if len(cells) != len(header):
         raise InputError(where, f"{len(cells)} cells", f"{len(header)}, as in the first line")
     row = dict(zip(header, cells, strict=True))
-    if not (row["node"].isascii() and row["node"].isdigit() and int(row["node"]) > 0):
-        raise InputError(where, f"node {row['node']!r}", "a positive whole number")
+    node = node_number(where, row["node"])
     if not row["link"]:
         raise InputError(where, "the link is empty", "the name of a link or frame of the robot")
-    position = np.array([_number(where, name, row[name]) for name in COLUMNS[3:]])
-    turn = pose(np.zeros(3), np.radians([_number(where, name, row.get(name, "0")) for name in ANGLES]))[
-        :3, :3
-    ]
-    return Point(int(row["node"]), row["name"], row["link"], position, turn.T, where)
-
-
-def _number(where: str, column: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not abs(value) < LARGEST:
-        raise InputError(where, f"{column} is {text!r}", "a finite number")
-    return value
+    position = np.array([finite(where, name, row[name]) for name in COLUMNS[3:]])
+    turn = pose(np.zeros(3), np.radians([finite(where, name, row.get(name, "0")) for name in ANGLES]))[:3, :3]
+    return Point(node, row["name"], row["link"], position, turn.T, where)

@@ -108,7 +108,7 @@ def searched(stated: Stated, score: Score) -> Searched:
         rounds.append(tuple(better))
     if len(rounds) > 1 and (again := _again(plain, best)) is not best:
         best, rounds[-1] = again, (again,)
-    if rounds and best.score.cost <= ROUGH and len(rounds) < _ROUNDS:
+    if 0 < len(rounds) < _ROUNDS:
         rounds += filter(None, [_slight(best)])
     return Searched(plain, tuple(rounds), tuple(rivals), asked)
 
@@ -121,8 +121,8 @@ def searched_where_slight(stated: Stated, score: Score) -> Searched:
 
 
 def _slight(base: Candidate) -> tuple[Candidate, ...]:
-    """What explains all of the little that a candidate leaves; nothing where it leaves nothing."""
-    if base.within.explained:
+    """What explains all of the little that a candidate leaves; nothing where it leaves much, or nothing."""
+    if base.score.cost > ROUGH or base.within.explained:
         return ()
     tried = refined(base, list(_of_kinds(base, _SLIGHT)))
     return tuple(one for one in tried if one.within.explained)

@@ -38,7 +38,7 @@ from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.postures import Built, Postures, stand
 from identify.vibration.reference import Reference, read_reference
 from identify.vibration.study import MeasurementSettings, StudyFile
-from identify.vibration.study_points import off_robot, placing_of, points_of
+from identify.vibration.study_points import off_robot, points_and_placing
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,8 @@ def load_problem(file: StudyFile, known: Mapping[str, FrfSet] | None = None) -> 
 def _loaded(file: StudyFile, known: Mapping[str, FrfSet]) -> Problem:
     study = file.study
     robot = read_robot(study.robot, file.path.parent)
-    points = points_of(file, robot)
-    off = off_robot(placing_of(file, robot))
-    given = _connected(file, robot, points, read_given(file, robot, known, points, off))
+    points, placing = points_and_placing(file, robot)
+    given = _connected(file, robot, points, read_given(file, robot, known, points, off_robot(placing)))
     nuisances = NOTHING
     if study.uncertainty is not None:
         if study.cost.likelihood:

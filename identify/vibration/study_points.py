@@ -33,10 +33,15 @@ def points_of(file: StudyFile, robot: Robot) -> dict[int, Point]:
 
     InputErrors as `study_points`, and InputError as `placed`.
     """
+    return points_and_placing(file, robot)[0]
+
+
+def points_and_placing(file: StudyFile, robot: Robot) -> tuple[dict[int, Point], Placing | None]:
+    """The same with what `placing_of` finds."""
     if file.study.points is not None:
-        return study_points(file.study, file.resolve(file.study.points), robot)
+        return study_points(file.study, file.resolve(file.study.points), robot), None
     found = placing_of(file, robot)
-    return {} if found is None else dict(found.points or {})
+    return {} if found is None else dict(found.points or {}), found
 
 
 def placing_of(file: StudyFile, robot: Robot) -> Placing | None:

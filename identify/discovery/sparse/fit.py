@@ -73,8 +73,7 @@ class Found:
     @property
     def values(self) -> dict[str, float]:
         """Of all unknowns, by name."""
-        every = self.unknowns.to_values(self.x)
-        return {p.name: float(value) for p, value in zip(self.problem.parameters, every, strict=True)}
+        return self.unknowns.by_name(self.x)
 
 
 def dense_fit(
@@ -123,8 +122,7 @@ def _start(unknowns: Unknowns, *, usual: bool) -> Array:
 
 def _usual(unknowns: Unknowns, x: Array) -> Array:
     """With compliances of usual bearings beside the drives at x (f,)."""
-    names = [p.name for p in unknowns.problem.parameters]
-    found, values = x.copy(), dict(zip(names, unknowns.to_values(x), strict=True))
+    found, values = x.copy(), unknowns.by_name(x)
     for number in np.flatnonzero(unknowns.springs):
         body, axis, *_ = unknowns.names[number].split(".")
         if body.startswith(("base", "joint", "payload")):

@@ -14,7 +14,6 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.bounded import bounded_step
 from identify.discovery.evidence import CLOSED
-from identify.discovery.sparse import names
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
@@ -25,15 +24,13 @@ from identify.discovery.sparse.dense import (
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
 from identify.discovery.sparse.evidence import (
     PAYS,
-    Weighed,
     believable,
-    eliminated,
-    floor_of,
     price,
     weighed,
 )
 from identify.discovery.sparse.fit import STEPS, Found, afresh, begun, dense_fit, gone_on, of_units, settled
 from identify.discovery.sparse.mounts import moved_mounts
+from identify.discovery.sparse.named import named, sensor_of
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.objective import Local, Penalised
 from identify.discovery.sparse.prune import SEEN, Pruned, Say, Unseen, costs_of_dropping, pruned
@@ -42,7 +39,6 @@ from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
-from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import all_springs
@@ -148,7 +144,7 @@ def _recognised(found: Found) -> Found:
         one
         for one in found.unknowns.units
         if not isinstance(one.effect, SensorMatrix)
-        or not isinstance(_of_sensor(found, one, known)[0], SensorMatrix)
+        or not isinstance(sensor_of(found, one, known)[0], SensorMatrix)
     ]
     return gone_on(found, tuple(of_units(found, units)), {})
 
@@ -169,28 +165,39 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
         believed = believable(found.problem, found.values)
         if (found.gap < CLOSED and believed) or story.late:
             break
-        story.doing("scoring what else may be missing")
-        # What fits the data by errors that are far out can only be what those are errors of.
-        trials = _linear(found) if found.gap < CLOSED else _trials(found)
-        likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
-        worth = _worth(found, likely, each_costs)
-        if not worth:
+        more = _one_further(found, story, each_costs, shares, believed=believed)
+        if more is None:
             break
-        story.doing(f"fitting the {len(worth)} likeliest of it")
-        # Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
-        stated = {} if believed else {one.name: 0.0 for one in found.problem.nuisances.entries}
-        fitted = _tried(found, worth, stated, each_costs, shares)
-        likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
-        best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-        if not believed:
-            best = min([best, afresh(best)], key=_objective)
-        if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
-            break
-        new = found.new(best.effects) or [best.effects[-1]]
-        story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
-        rivals = [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
-        found, others = best, rivals
+        found, others = more
     return [found, *others]
+
+
+def _one_further(
+    found: Found, story: Story, each_costs: float, shares: dict[str, float], *, believed: bool
+) -> tuple[Found, list[Found]] | None:
+    """The fit with the likeliest of what it lacks, and what else closes the gap; None where nothing pays;
+    believed: whether its errors are; shares: as `_tried` has them.
+    """
+    story.doing("scoring what else may be missing")
+    # What fits the data by errors that are far out can only be what those are errors of.
+    trials = _linear(found) if found.gap < CLOSED else _trials(found)
+    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
+    worth = _worth(found, likely, each_costs)
+    if not worth:
+        return None
+    story.doing(f"fitting the {len(worth)} likeliest of it")
+    # Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
+    stated = {} if believed else {one.name: 0.0 for one in found.problem.nuisances.entries}
+    fitted = _tried(found, worth, stated, each_costs, shares)
+    likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
+    best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+    if not believed:
+        best = min([best, afresh(best)], key=_objective)
+    if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
+        return None
+    new = found.new(best.effects) or [best.effects[-1]]
+    story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
+    return best, [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
 
 
 def _costs(found: Found, each_costs: float) -> float:
@@ -465,40 +472,3 @@ def _said(kept: Pruned, unseen: Unseen | None, say: Say) -> Explained:
 
 def _objective(fit: Found) -> float:
     return fit.objective
-
-
-def named(
-    found: Found, evidence: Mapping[str, float], inflated: float, worth: Mapping[str, float]
-) -> list[Named]:
-    """The units that stayed as effects of the catalogue: those first that predictions need most, where a gap
-    stays, else the best supported.
-    """
-    values, result = found.values, list[Named]()
-    known = weighed(found.unknowns, found.product, inflated)
-    for unit in found.unknowns.units:
-        mine = {found.unknowns.names[n] for n in unit.all}
-        effect, own = unit.effect, {name: value for name, value in values.items() if name in mine}
-        if isinstance(effect, Springs | LinkFlexibility):
-            effect, own = names.of_springs(effect, unit.name, own)
-        elif isinstance(effect, AddedMass):
-            effect, own = names.of_body(effect, values)
-        elif isinstance(effect, SensorMass):
-            effect = SensorMass()
-        elif isinstance(effect, SensorMatrix):
-            effect, own = _of_sensor(found, unit, known)
-        result.append(Named(effect, own, evidence[unit.name], worth.get(unit.name, 0.0)))
-    found_all = names.of_all_forces(result, _forces(found.problem))
-    return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
-
-
-def _of_sensor(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:
-    """The simplest fault that a sensor's matrix stands for."""
-    error = found.x[unit.amplitudes].reshape(3, 3)
-    weight = eliminated(known.information, unit.amplitudes, floor_of(unit, found.unknowns))
-    effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
-    return effect, own
-
-
-def _forces(problem: Problem) -> int:
-    """How many forces the measurements have."""
-    return len({(c.node, abs(c.direction)) for m in problem.measurements for c in m.given.inputs})

@@ -168,6 +168,11 @@ class Unknowns:
         """Places that give way at x (f,), such as rx, of units of springs."""
         return [self.names[n].split(".")[1] for unit in units for n in unit.amplitudes if x[n] > 0]
 
+    def by_name(self, x: Array) -> dict[str, float]:
+        """Values of all unknowns at x (f,), by name."""
+        every = self.to_values(x)
+        return {p.name: float(value) for p, value in zip(self.problem.parameters, every, strict=True)}
+
     def to_x(self, values: Array) -> Array:
         """(f,) on the search scale, of values of all unknowns."""
         own = values[self.free]

@@ -7,22 +7,23 @@ x, y, z in that order) or `nx`, `ny`, `nz` (its Z looks along this normal, turne
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
-from identify.core.text_input import LARGEST, read_csv
+from identify.core.text_input import finite, node_number, read_csv
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.loaders import FORMAT_OF_SUFFIX
 from identify.measured.uff.blocks import has_functions
 from identify.measured.uff.geometry import LENGTH_M, has_geometry, length_in, read_geometry
+from identify.robot.points import ANGLES
 from identify.robot.pose import pose
 
-_ANGLES, _NORMAL = ("rx_deg", "ry_deg", "rz_deg"), ("nx", "ny", "nz")
+_NORMAL = ("nx", "ny", "nz")
 _UNITS = ("", *LENGTH_M)
 _EXPECTED = "a CSV of nodes: node,x_m,y_m,z_m"
 
@@ -66,66 +67,75 @@ def _coordinates(names: Sequence[str]) -> str | None:
     return None
 
 
+class _Columns(NamedTuple):
+    """The columns of a CSV by name; those of coordinates and of what turns a node's axes, by number; scale: m
+    per unit of coordinates.
+    """
+
+    names: list[str]
+    place: list[int]
+    turn: list[int]
+    scale: float
+
+
 def _table(path: Path, length_unit: str | None) -> MeasuredGeometry:
-    rows = [(number, cells) for number, _, cells in read_csv(path, _EXPECTED, skip_space=True) if cells]
-    names = [name.strip().lower() for name in rows[0][1]]
-    said = _coordinates(names) or ""
-    scale = length_in(str(path), LENGTH_M[said] if said else None, length_unit or (None if said else "m"))
-    columns = [names.index(f"{axis}_{said}" if said else axis) for axis in "xyz"]
-    turned = next((own for own in (_ANGLES, _NORMAL) if all(name in names for name in own)), ())
-    turns = [names.index(name) for name in turned]
-    known = {"node", *turned, *(names[n] for n in columns), "name", ""}
-    unknown = [name for name in names if name not in known]
-    if unknown:
-        found = f"the columns {', '.join(unknown)}"
-        raise InputError(f"{path} line {rows[0][0]}", found, f"{_EXPECTED}, {','.join(_ANGLES)} or nx,ny,nz")
-    nodes, places, axes = dict[int, str](), [], []
-    faults = []
-    for number, cells in rows[1:]:
-        where = f"{path} line {number}"
+    (first, header), *rows = [
+        (f"{path} line {number}", cells)
+        for number, _, cells in read_csv(path, _EXPECTED, skip_space=True)
+        if cells
+    ]
+    columns = _columns(path, first, header, length_unit)
+    known, places, axes, faults = dict[int, str](), list[Array](), list[Array](), list[InputError]()
+    for where, cells in rows:
         try:
-            node = _node(where, cells, names, nodes)
-            place, turn = (
-                np.array([_number(where, names[n], cells[n]) for n in own]) for own in (columns, turns)
-            )
-            axes.append(_axes(where, turned, turn))
+            node, place, turn = _row(where, cells, columns, known)
         except InputError as fault:
             faults.append(fault)
             continue
-        nodes[node] = where
-        places.append(scale * place)
+        known[node] = where
+        places.append(place)
+        axes.append(turn)
     if faults:
         raise InputErrors(faults)
-    if not nodes:
+    if not known:
         raise InputError(str(path), "no nodes", "a line for each node")
-    order = np.argsort(list(nodes))
-    return MeasuredGeometry(tuple(sorted(nodes)), np.array(places)[order], np.array(axes)[order])
+    order = np.argsort(list(known))
+    return MeasuredGeometry(tuple(sorted(known)), np.array(places)[order], np.array(axes)[order])
 
 
-def _node(where: str, cells: Sequence[str], names: Sequence[str], known: dict[int, str]) -> int:
+def _columns(path: Path, where: str, header: Sequence[str], length_unit: str | None) -> _Columns:
+    names = [name.strip().lower() for name in header]
+    said = _coordinates(names) or ""
+    scale = length_in(str(path), LENGTH_M[said] if said else None, length_unit or (None if said else "m"))
+    place = [names.index(f"{axis}_{said}" if said else axis) for axis in "xyz"]
+    turned = next((own for own in (ANGLES, _NORMAL) if all(name in names for name in own)), ())
+    known = {"node", *turned, *(names[n] for n in place), "name", ""}
+    unknown = [name for name in names if name not in known]
+    if unknown:
+        found = f"the columns {', '.join(unknown)}"
+        raise InputError(where, found, f"{_EXPECTED}, {','.join(ANGLES)} or nx,ny,nz")
+    return _Columns(names, place, [names.index(name) for name in turned], scale)
+
+
+def _row(
+    where: str, cells: Sequence[str], columns: _Columns, known: Mapping[int, str]
+) -> tuple[int, Array, Array]:
+    """Number of a node, where it is (3,), m, and its axes (3, 3)."""
+    names = columns.names
     if len(cells) != len(names):
         raise InputError(where, f"{len(cells)} cells", f"{len(names)}, as in the first line")
-    text = cells[names.index("node")].strip()
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
-        raise InputError(where, f"node {text!r}", "a positive whole number")
-    if int(text) in known:
-        raise InputError(where, f"node {text} is given already ({known[int(text)]})", "one line per node")
-    return int(text)
-
-
-def _number(where: str, column: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not abs(value) < LARGEST:
-        raise InputError(where, f"{column} is {text!r}", "a finite number")
-    return value
+    node = node_number(where, cells[names.index("node")].strip())
+    if node in known:
+        raise InputError(where, f"node {node} is given already ({known[node]})", "one line per node")
+    place, turn = (
+        np.array([finite(where, names[n], cells[n]) for n in own]) for own in (columns.place, columns.turn)
+    )
+    return node, columns.scale * place, _axes(where, tuple(names[n] for n in columns.turn), turn)
 
 
 def _axes(where: str, turned: tuple[str, ...], values: Array) -> Array:
     """(3, 3): rows are the directions of a sensor."""
-    if turned == _ANGLES:
+    if turned == ANGLES:
         return np.asarray(pose(np.zeros(3), np.radians(values))[:3, :3].T)
     if turned != _NORMAL:
         return np.eye(3)

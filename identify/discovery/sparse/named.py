@@ -1,0 +1,55 @@
+"""What stayed of a fit, as effects of the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from identify.discovery.sparse import names
+from identify.discovery.sparse.evidence import Weighed, eliminated, floor_of, weighed
+from identify.discovery.sparse.fit import Found
+from identify.discovery.sparse.names import Named
+from identify.discovery.sparse.unknowns import Unit
+from identify.model.effects.added_mass import AddedMass
+from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.sensor_mass import SensorMass
+from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.model.effects.springs import Springs
+from identify.vibration.problem import Problem
+
+
+def named(
+    found: Found, evidence: Mapping[str, float], inflated: float, worth: Mapping[str, float]
+) -> list[Named]:
+    """The units that stayed as effects of the catalogue: those first that predictions need most, where a gap
+    stays, else the best supported.
+    """
+    values, result = found.values, list[Named]()
+    known = weighed(found.unknowns, found.product, inflated)
+    for unit in found.unknowns.units:
+        mine = {found.unknowns.names[n] for n in unit.all}
+        effect, own = unit.effect, {name: value for name, value in values.items() if name in mine}
+        if isinstance(effect, Springs | LinkFlexibility):
+            effect, own = names.of_springs(effect, unit.name, own)
+        elif isinstance(effect, AddedMass):
+            effect, own = names.of_body(effect, values)
+        elif isinstance(effect, SensorMass):
+            effect = SensorMass()
+        elif isinstance(effect, SensorMatrix):
+            effect, own = sensor_of(found, unit, known)
+        result.append(Named(effect, own, evidence[unit.name], worth.get(unit.name, 0.0)))
+    found_all = names.of_all_forces(result, _forces(found.problem))
+    return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
+
+
+def sensor_of(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:
+    """The simplest fault that a sensor's matrix stands for."""
+    error = found.x[unit.amplitudes].reshape(3, 3)
+    weight = eliminated(known.information, unit.amplitudes, floor_of(unit, found.unknowns))
+    effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
+    return effect, own
+
+
+def _forces(problem: Problem) -> int:
+    """How many forces the measurements have."""
+    return len({(c.node, abs(c.direction)) for m in problem.measurements for c in m.given.inputs})
