@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from identify.reports.kit.cells import Column, Table, words
+from identify.reports.kit.document import Document
 from identify.results.fit import FitResult
 from tests.reports.kinds import document_of
 from tests.reports.pdf_text import lines, poppler
@@ -55,6 +57,26 @@ def test_it_says_what_the_result_says(made: tuple[FitResult, Path]) -> None:
     assert ("Frequency response functions" in text) == with_frf
     assert ("2 drive points and the 3 other FRFs with the largest gap" in text) == with_frf
     assert ("Modal assurance criterion" in text) == (not with_frf)
+
+
+def test_long_text_leaves_room_for_the_numbers_beside_it(tmp_path: Path) -> None:
+    result, made = frf_result(), Document()
+    texts = [
+        "posture1",
+        "validation only",
+        "13.4, 10.2, -1.9, 8.0, 50.0, 8.4",
+        "to " * 60,
+    ]
+    columns = [words(f"Heading{n}", [text]) for n, text in enumerate(texts)]
+    made.table(Table("", [*columns, Column("Gap", values=[1.019])]))
+    path = tmp_path / "table.pdf"
+    path.write_bytes(made.compile(result))
+    found = poppler("pdftotext", "-bbox", str(path), "-")
+    boxes = re.findall(r'xMin="([\d.]+)" yMin="([\d.]+)" xMax="([\d.]+)" .*?>(.*?)<', found)
+    [(left, top, _, _)] = [one for one in boxes if one[3] == "1.019"]
+    beside = [float(right) for _, y, right, text in boxes if y == top and text != "1.019"]
+    assert len(beside) > 5
+    assert max(beside) < float(left)
 
 
 def test_six_of_many_postures_are_drawn(tmp_path: Path) -> None:
