@@ -116,10 +116,10 @@ def _others(
     if story.late:
         return
     story.doing("fitting again, with errors of every sensor and force")
-    every = dict.fromkeys((*structure, *instruments(problem)))
-    more = dense_fit(problem, tuple(every), usual=True, until=story.until)
-    yield more
-    if _open([first, more]) and not story.late:
+    more = [one for one in instruments(problem) if one not in structure]
+    fit = dense_fit(problem, (*structure, *more), usual=True, until=story.until)
+    yield fit
+    if _open([first, fit]) and not story.late:
         story.doing("fitting again, from the lower part of the band up")
         banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
         yield from _further(banded, story) if banded.objective < first.objective else [banded]
