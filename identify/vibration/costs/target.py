@@ -274,6 +274,9 @@ class FrfTarget:
         power = POWER[self.data.quantity]
         if self.system.compliances is not None:
             flat = values.reshape(-1, values.shape[-1])
+            if len(flat) == 1 and self.system.mass.ndim == 2:
+                h = self.response(flat[0]).h()
+                return h.reshape(*values.shape[:-1], *h.shape)
             # A population may be as heavy as each of its members is (`System.with_more`).
             matrices = zip(*self.system.bare(flat), strict=True)
             h = np.array([self._response(*one).h() for one in zip(flat, matrices, strict=True)])
