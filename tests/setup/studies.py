@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -63,16 +65,31 @@ def simulated(folder: Path, stiffer: Mapping[str, float] | None = None, **keys: 
     """The measurements with files of what the model itself predicts of the study with these keys, after a
     fit of it; stiffer: factors of parameters in the second file.
     """
-    problem = load_problem(read_study(written(folder, config(**keys))))
-    values, found = scored(stated(problem).problem()).values, each(noise={"relative": 0.02})
-    for number, (one, m) in enumerate(zip(found, problem.measurements, strict=True)):
-        factors = [(stiffer or {}).get(p.name, 1.0) if number else 1.0 for p in problem.parameters]
+    sets = _predicted(yaml_text(config(**keys)), tuple((stiffer or {}).items()))
+    found = each(noise={"relative": 0.02})
+    for number, (one, predicted) in enumerate(zip(found, sets, strict=True)):
+        path = folder / f"simulated{number}.uff"
+        write_uff58(path, predicted, True)
+        one["file"] = str(path)
+    return found
+
+
+@cache
+def _predicted(text: str, stiffer: tuple[tuple[str, float], ...]) -> list[FrfSet]:
+    """What the model of a study predicts after a fit of it, with factors of parameters in the second set;
+    once, because several tests begin with the same.
+    """
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.yaml"
+        path.write_text(text)
+        problem = load_problem(read_study(path))
+    values, found = scored(stated(problem).problem()).values, []
+    for number, m in enumerate(problem.measurements):
+        factors = [dict(stiffer).get(p.name, 1.0) if number else 1.0 for p in problem.parameters]
         assert isinstance(m.target, FrfTarget)
         data = m.target.data
         frf = m.target.predict(values * np.array(factors))
-        path = folder / f"simulated{number}.uff"
-        write_uff58(path, FrfSet(data.frequency_hz, frf, data.outputs, data.inputs, data.quantity), True)
-        one["file"] = str(path)
+        found.append(FrfSet(data.frequency_hz, frf, data.outputs, data.inputs, data.quantity))
     return found
 
 
