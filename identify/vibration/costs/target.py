@@ -21,7 +21,6 @@ from identify.model.impacted import impacted_frf
 from identify.model.system import System
 from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact
-from identify.vibration.costs.modal_target import ModalTarget
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
 from identify.vibration.nuisances.placed import Placed, State, state
 from identify.vibration.nuisances.sensitivity import Block
@@ -337,7 +336,7 @@ class FrfTarget:
     @cached_property
     def _simulator(self) -> ImpactSimulator:
         """The simulator that it shares, or one of its own."""
-        return self.simulator or _simulator([self])
+        return self.simulator or together([self])
 
     def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
@@ -491,36 +490,9 @@ class FrfTarget:
         return [slice(n * candidates // count, (n + 1) * candidates // count) for n in range(count)]
 
 
-def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
+def together(targets: Sequence[FrfTarget]) -> ImpactSimulator:
     """Simulates the impacts on nonlinear systems of some targets together."""
     return ImpactSimulator(
         [one.simulated for one in targets if one.simulated is not None],
-        [
-            one.impact_with_errors
-            for one in targets
-            if one.simulated is not None and one.nuisances is not None
-        ],
+        [of.impact_with_errors for of in targets if of.simulated is not None and of.nuisances is not None],
     )
-
-
-@dataclass(frozen=True)
-class Targets:
-    """All data that a cost compares; the impacts on nonlinear systems are simulated together.
-
-    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
-    """
-
-    frf: tuple[FrfTarget, ...] = ()
-    modal: tuple[ModalTarget, ...] = ()
-    nuisances: tuple[int, ...] = ()
-
-    @property
-    def simulated(self) -> bool:
-        """Whether impacts of any of them are simulated."""
-        return any(target.simulated is not None for target in self.frf)
-
-    def __post_init__(self) -> None:
-        if self.simulated:
-            simulator = _simulator(self.frf)
-            together = tuple(replace(target, simulator=simulator) for target in self.frf)
-            object.__setattr__(self, "frf", together)
