@@ -16,12 +16,12 @@ import pytest
 from identify.core.threads import one_thread
 from identify.discovery.decimated import below, decimated
 from identify.discovery.records import timed
-from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.dense import of_all, with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.fit import Found, dense_fit, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
-from identify.discovery.sparse.search import explain
+from identify.discovery.sparse.search import _others, explain
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -101,6 +101,20 @@ def test_guesses_that_are_far_off_lead_there_too(hammered: Hammered) -> None:
         softer = {name: value / 15 for name, value in guesses.items() if name.endswith("rz.stiffness")}
         problem = with_effects(problem, known, {**guesses, **softer})
         assert dense_fit(problem, tuple(all_springs(problem, shrink=True)), usual=True).gap < 1.1
+
+
+def test_a_delay_leads_no_drive_astray(hammered: Hammered) -> None:
+    problem = hammered.of("delay", 7)
+    structure = (*all_springs(problem, shrink=True), *of_all(problem))
+    found = dense_fit(problem, structure, usual=False)
+    assert found.gap < 1.1
+    assert np.sum(found.unknowns.springs & (found.x > 0)) < 6  # nothing gives way in place of the delay
+    # With errors of every sensor as well, the delay is there once.
+    more = next(iter(_others(problem, problem, structure, Story(), found)))
+    assert [effect.kind for effect in more.effects].count("time-delay") == 1
+    assert more.gap < 1.1
+    delay = next(effect for effect in of_all(problem) if effect.kind == "time-delay")
+    assert delay not in list(of_all(with_more(problem, [delay])))
 
 
 @pytest.mark.parametrize(
