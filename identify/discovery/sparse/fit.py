@@ -68,7 +68,8 @@ class Found:
         error = self.unknowns.nuisances
         known = self.product[:-1, :-1][np.ix_(error, error)] / max(self.gap, 1.0) ** 2
         volume = np.linalg.slogdet(known + np.eye(len(known)))[1]
-        return float(-self.unpriced - 0.5 * volume - price(self.unknowns.count) * np.sum(~error))
+        priced = price(self.unknowns.count) * self.unknowns.counts[~error].sum()
+        return float(-self.unpriced - 0.5 * volume - priced)
 
     @property
     def values(self) -> dict[str, float]:

@@ -194,9 +194,9 @@ def _one_further(
     fitted = _tried(found, worth, stated, each_costs, shares)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    if not believed:
+    if not believed and not (best.gap < CLOSED and believable(best.problem, best.values)):
         best = min([best, afresh(best)], key=_objective)
-    if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
+    if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
@@ -205,7 +205,7 @@ def _one_further(
 
 def _costs(found: Found, each_costs: float) -> float:
     """Less is likelier."""
-    return found.unpriced + each_costs * len(found.x) - _before(found)
+    return found.unpriced + each_costs * found.unknowns.size - _before(found)
 
 
 def _before(found: Found) -> float:
@@ -442,7 +442,7 @@ def _coupled(found: Found) -> Iterator[Trial]:
     for one, turned in pairs:
         own = [unit for unit in local.units if unit.effect == turned]
         effects = exchanged(found.effects, [(one, turned)])
-        yield Trial(local.gain(own), effects, {}, 4 * len(turned.pairs))
+        yield Trial(local.gain(own), effects, {}, 2 * len(turned.pairs))
 
 
 def _uncoupled(found: Found) -> Iterator[Springs]:

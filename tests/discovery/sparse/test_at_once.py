@@ -198,11 +198,32 @@ def test_a_base_that_rocks_about_axes_of_its_own_is_coupled(hammered: Hammered) 
         [base] = explain(hammered.of("turned_rocking", 9)).named
     assert base.effect.sentence() == "compliance of the base (rx, ry, coupled)"
     hidden = hammered.truth("turned_rocking", 9)
-    turned = np.deg2rad(hidden["turned_deg"])
-    across = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
-    true = across @ np.diag(hidden["stiffness"]) @ across.T
     found = [base.values[f"base.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
-    assert found == pytest.approx([true[0, 0], true[1, 1], true[0, 1]], rel=0.05)
+    assert found == pytest.approx(_turned(hidden["stiffness"], hidden["turned_deg"]), rel=0.05)
+
+
+def _turned(stiffness: Sequence[float], turned_deg: float) -> list[float]:
+    """k_x, k_y and k_xy."""
+    turned = np.deg2rad(turned_deg)
+    across = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    true = across @ np.diag(stiffness) @ across.T
+    return [true[0, 0], true[1, 1], true[0, 1]]
+
+
+def test_a_bearing_far_softer_in_one_direction_is_found_whatever_that_is(tmp_path: Path) -> None:
+    """Between the axes and halfway between these, where no two compliances of those four are the truth."""
+    spec = TestSpec(MAKES["compact"](5).at_points(NODES), seed=5, averages=2, binary=True, oversampling=8)
+    test = hide(spec, "turned_tilt_j2")
+    [effect] = test.effects
+    softest = min(effect.stiffness)
+    bearing = replace(effect, stiffness=(softest, 20 * softest), turned_deg=67.5)
+    generate(replace(test, effects=(bearing,), case="test"), tmp_path / "test")
+    config = config_of(tmp_path / "test", tmp_path)
+    with one_thread():
+        [named] = explain(decimated(timed(load_problem(read_study(config))))).named
+    assert named.effect.sentence() == "tilt compliance of joint 2 (rx, ry, coupled)"
+    found = [named.values[f"joint2.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
+    assert found == pytest.approx(_turned(bearing.stiffness, 67.5), rel=0.05)
 
 
 def test_a_strut_is_scored_along_any_direction(hammered: Hammered) -> None:
