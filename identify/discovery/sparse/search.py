@@ -182,8 +182,7 @@ def _one_further(
     believed: whether its errors are; shares: as `_tried` has them.
     """
     story.doing("scoring what else may be missing")
-    # What fits the data by errors that are far out can only be what those are errors of.
-    trials = _linear(found) if found.gap < CLOSED else _trials(found)
+    trials = _trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
     worth = _worth(found, likely, each_costs)
     if not worth:

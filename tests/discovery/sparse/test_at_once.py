@@ -46,14 +46,18 @@ class Hammered:
         self._folder = folder
         self._read = dict[str, Problem]()
 
-    def of(self, case: str, seed: int, doubled: int = 0, nodes: Sequence[int] = NODES) -> Problem:
-        """The sensor at the point `doubled`, or with -1 all of them, read twice as much."""
-        name = self._name(case, seed, nodes)
+    def of(
+        self, case: str, seed: int, doubled: int = 0, nodes: Sequence[int] = NODES, extra: str = ""
+    ) -> Problem:
+        """The sensor at the point `doubled`, or with -1 all of them, read twice as much; extra: lines of the
+        study.
+        """
+        name = self._name(case, seed, nodes) + extra.replace(": ", "_")
         if name not in self._read:
             arm = MAKES["compact"](seed).at_points(list(nodes))
             spec = TestSpec(arm, seed=seed, averages=2, binary=True, oversampling=8)
             generate(replace(hide(spec, case), case="test"), self._folder / name)
-            config = config_of(self._folder / name, self._folder)
+            config = config_of(self._folder / name, self._folder, extra=extra)
             self._read[name] = decimated(timed(load_problem(read_study(config))))
         problem = self._read[name]
         return replace(problem, measurements=tuple(_read_twice(m, doubled) for m in problem.measurements))
@@ -247,3 +251,16 @@ def test_the_first_steps_are_taken_where_rigid_bearings_hold_a_sensor_still(hamm
         number, step = fit.unknowns.names.index("base.rx.compliance"), 1e-15
         change = fit.squares(x + step * np.eye(len(x))[number]) - fit.squares(x)
         assert change == pytest.approx(2 * step * local.product[-1, number], rel=0.01)
+
+
+def test_what_errors_make_up_for_is_scored_by_how_far_out_they_are(hammered: Hammered) -> None:
+    """A rotor beside uncertain inertias leaves hardly a residual."""
+    problem = hammered.of("rotor_j3", 6, extra="uncertainty: careful")
+    with one_thread():
+        bearing = all_springs(problem, shrink=True)[2]
+        fit = dense_fit(problem, (bearing,), usual=False)
+        first, *_ = candidates(fit.problem, Beside.of(fit.unknowns, fit.x, fit.product))
+        with_it = dense_fit(problem, (bearing, first.effect), usual=False)
+    assert first.effect.sentence() == "rotor inertia of joint 3 behind the gear"
+    assert fit.gap < 1.15
+    assert first.gain > 0.3 * (fit.unpriced - with_it.unpriced) > 30
