@@ -106,7 +106,21 @@ def _with_links_as_told(
     elif _open(fits):
         fits = _further(fits[0], story, 1)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
-    return [pruned(one, story.say, unseen) for one in fits if one.gap < _FAR or story.late]
+    models = [(one, pruned(one, story.say, unseen)) for one in fits if one.gap < _FAR or story.late]
+    again = [one for one, model in models if _may_stand_for_others(one, model, structure)]
+    for one in again:
+        if not story.late:
+            fit = afresh(one)
+            models.append((fit, pruned(fit, story.say, unseen)))
+    return [model for _, model in models]
+
+
+def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
+    """Whether more stayed than what entered: it may have given way only to stand for that, before it was
+    there.
+    """
+    entered = sum(one not in structure for one in found.effects)
+    return model.closed and 0 < entered < len(model.evidence)
 
 
 def _others(
