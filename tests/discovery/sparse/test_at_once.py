@@ -18,7 +18,7 @@ from identify.discovery.decimated import below, decimated
 from identify.discovery.records import timed
 from identify.discovery.sparse.dense import of_all, with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
-from identify.discovery.sparse.fit import Found, dense_fit, refitted
+from identify.discovery.sparse.fit import Found, afresh, dense_fit, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import _others, explain
@@ -264,3 +264,15 @@ def test_what_errors_make_up_for_is_scored_by_how_far_out_they_are(hammered: Ham
     assert first.effect.sentence() == "rotor inertia of joint 3 behind the gear"
     assert fit.gap < 1.15
     assert first.gain > 0.3 * (fit.unpriced - with_it.unpriced) > 30
+
+
+def test_a_fit_that_was_led_astray_comes_back_afresh(hammered: Hammered) -> None:
+    """From rigid bearings and nominal values, as it began."""
+    with one_thread():
+        problem = hammered.of("rotor_j3", 6, extra="uncertainty: careful")
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)[1:3]), usual=False)
+        away = np.where(fit.unknowns.springs, fit.unknowns.limits[1] / 50, fit.x)
+        astray = replace(fit, x=np.where(fit.unknowns.nuisances, 2.0, away))
+        again = afresh(astray)
+    assert Penalised(fit.unknowns).squares(astray.x) > 1e3 * Penalised(fit.unknowns).squares(fit.x)
+    assert again.objective == pytest.approx(fit.objective, abs=2.0)
