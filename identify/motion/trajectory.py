@@ -29,6 +29,8 @@ cache.
 """
 _TOGETHER = 50
 """Lanes up to which a step costs about as much as that of one."""
+_AS_FAST = 12
+"""Coordinates up to which the engine moves a copy of an arm about as fast as linear algebra does."""
 _DIFFERENCE = 1e-3
 """Relative step of differences: well above what sticking makes of a smaller one."""
 
@@ -101,17 +103,21 @@ class TrajectoryObjective(Objective):
             return self._seen[2]
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += self._steps(values, free)
-        found = self.smooth_rows(moved)
+        found = self.near_rows(moved)
         self._seen = values.copy(), free.copy(), found
         return found
 
     def smooth(self, values: Array) -> Array:
         """Residuals (count,) as `residuals` gives them, without derivatives."""
-        return np.asarray(self.smooth_rows(values[None])[0] / np.sqrt(self.count))
+        return np.asarray(self.near_rows(values[None])[0] / np.sqrt(self.count))
 
-    def smooth_rows(self, candidates: Array) -> Array:
-        """Residuals over noise (m, count) of candidates (m, parameters), with continuous encoders."""
-        return TrajectoryObjective(self.problem.continuous, self.records, self.noise)._rows(candidates)
+    def near_rows(self, candidates: Array) -> Array:
+        """Residuals over noise (m, count) of candidates (m, parameters) near the first, with continuous
+        encoders; of an arm of many coordinates all but the first to first order.
+        """
+        smooth = TrajectoryObjective(self.problem.continuous, self.records, self.noise)
+        near = len(candidates) > 1 and len(self.problem.arm.names) > _AS_FAST
+        return smooth._flat(smooth._near(candidates) if near else smooth.rows(candidates))
 
     @property
     def count(self) -> int:
@@ -124,15 +130,22 @@ class TrajectoryObjective(Objective):
         """Residuals over noise, (m, samples, joints) per record and signal, NaN where nothing was
         measured.
         """
-        per_chunk = max(1, _LANES // len(self.records))
-        chunks = [candidates[first : first + per_chunk] for first in range(0, len(candidates), per_chunk)]
-        parts = [self._chunk(chunk) for chunk in chunks]
-        signals = zip(*parts, strict=True)
-        return [[np.concatenate(parts) for parts in zip(*record, strict=True)] for record in signals]
+        return _joined([self._chunk(chunk) for chunk in self._chunks(candidates)])
 
-    def _chunk(self, candidates: Array) -> list[list[Array]]:
+    def _near(self, candidates: Array) -> list[list[Array]]:
+        """The same, all but the first beside it."""
+        first = candidates[:1]
+        parts = [self._chunk(np.vstack([first, c]), near=True) for c in self._chunks(candidates[1:])]
+        others = [[[signal[1:] for signal in record] for record in part] for part in parts]
+        return _joined([[[signal[:1] for signal in record] for record in parts[0]], *others])
+
+    def _chunks(self, candidates: Array) -> list[Array]:
+        size = max(1, _LANES // len(self.records))
+        return [candidates[first : first + size] for first in range(0, len(candidates), size)]
+
+    def _chunk(self, candidates: Array, *, near: bool = False) -> list[list[Array]]:
         with np.errstate(all="ignore"):  # a lane that runs away is NaN
-            motion = self.problem.run(candidates, self.records)
+            motion = self.problem.run(candidates, self.records, near=near)
         return [
             [
                 beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
@@ -146,8 +159,11 @@ class TrajectoryObjective(Objective):
 
     def _rows(self, candidates: Array) -> Array:
         """(m, count)."""
+        return self._flat(self.rows(candidates))
+
+    def _flat(self, rows: list[list[Array]]) -> Array:
         found = []
-        for record, signals in zip(self.records, self.rows(candidates), strict=True):
+        for record, signals in zip(self.records, rows, strict=True):
             for measured, residual in zip(self._measured(record), signals, strict=True):
                 found.append(residual[:, np.isfinite(measured)])
         return np.concatenate(found, axis=1)
@@ -166,6 +182,12 @@ class TrajectoryObjective(Objective):
 
     def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in record.recorded.items() if quantity in self.noise]
+
+
+def _joined(parts: Sequence[list[list[Array]]]) -> list[list[Array]]:
+    """Signals of records, a part of the lanes after the other."""
+    signals = zip(*parts, strict=True)
+    return [[np.concatenate(one) for one in zip(*record, strict=True)] for record in signals]
 
 
 def _step(problem: MotionProblem, number: int, value: float) -> float:

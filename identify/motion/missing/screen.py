@@ -165,7 +165,7 @@ def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
     where the motion ran away.
     """
     objective = _objective(problem)
-    rows = objective.smooth_rows(moved)
+    rows = objective.near_rows(moved)
     slopes = ((rows[1:] - rows[0]) / steps[:, None]).T
     return np.asarray(np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
 
