@@ -10,6 +10,7 @@ forces of each copy are its own, of any size and as nonlinear as they are.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -36,30 +37,30 @@ class NearLanes(Lanes):
         self._tangent = arm.tangent(more[0], np.flatnonzero((more != more[0]).any(axis=0)))
         self._heavier = self._by_leader((more - more[0])[:, self._tangent.heavier])
         self._own = _different(arm, passive)
-        self._rotors = passive.armature - passive.armature[0]
+        self._unit = np.eye(len(self._own))
         self._every, self._steps = max(1, round(_EVERY_S / step_s)), 0
+        self._first: _Pass | None = None
 
     def advance(self, dampers: Callable[[Array], Array] | None = None) -> None:
         """One step of all lanes."""
         if self._steps % self._every == 0:
             self._linearise()
         self._steps += 1
+        self._first = None
         super().advance(dampers)
 
     def _linearise(self) -> None:
         """The matrices of each leading lane, (leading, n, n), where it is now."""
         lead, h = self._leading, self.step_s
-        before = self.velocity[:lead] if self._before is None else self._before[:lead]
-        rate = (self.velocity[:lead] - before) / h
-        parts = [
-            self._tangent.at(*row)
-            for row in zip(self.position[:lead], self.velocity[:lead], rate, strict=True)
-        ]
+        before = self.velocity if self._before is None else self._before
+        rate = (self.velocity - before) / h
+        motion = zip(self.position[:lead], self.velocity[:lead], rate[:lead], strict=True)
+        parts = [self._tangent.at(*row) for row in motion]
         self._mass, self._by_position, self._by_velocity, self._masses, self._weights = (
             np.array(part) for part in zip(*parts, strict=True)
         )
-        own = np.diag(self._passive.armature[0] + h * self._passive.damping[0])
-        self._inverse = np.linalg.inv(self._mass + own)
+        self._diagonal = self._passive.armature[0] + h * self._passive.damping[0]
+        self._inverse = np.linalg.inv(self._mass + np.diag(self._diagonal))
         self._soft = self._inverse[:, self._own]
         self._softest = self._soft[:, :, self._own]
 
@@ -67,59 +68,97 @@ class NearLanes(Lanes):
         lead, h = self._leading, self.step_s
         led = super()._stepped(position[:lead], velocity[:lead], force[:lead], damping[:lead])
         rate = (led[1] - velocity[:lead]) / h
-        faster = velocity + h * (self._alike(rate) + self._beside(position, velocity, force, damping, rate, h))
+        faster = velocity + h * self._beside(position, velocity, force, damping, rate)
         reached = position + h * faster
         reached[:lead], faster[:lead] = led
         return reached, faster
 
     def _rest(self) -> Array:
-        lead = self._leading
-        position, force, still = self.position, self.force, np.zeros_like(self.position)
+        """All that stand still do so in equilibrium, whichever dampers they have."""
+        lead, damping = self._leading, np.zeros_like(self.position)
+        position, force = self.position, self.force
         self.position, self.force = position[:lead], force[:lead]
         super()._rest()
         self.position, self.force = position, force
         rate = -2 / self.step_s * self.velocity
-        self.velocity = -self.step_s / 2 * (
-            self._alike(rate) + self._beside(position, still, force, still, rate, 0.0)
-        )
+        away = self._beside(position, np.zeros_like(position), force, damping, rate)
+        self.velocity, self._first = -self.step_s / 2 * away, None
         return np.asarray(3 * self.velocity)
 
     def _beside(
-        self, position: Array, velocity: Array, force: Array, damping: Array, rate: Array, h: float
+        self, position: Array, velocity: Array, force: Array, damping: Array, rate: Array
     ) -> Array:
-        """Acceleration (m, n) of all lanes beyond that of those that lead (leading, n), where dampers (m, n)
-        act on the velocity a time h later.
+        """Acceleration (m, n) of all lanes under dampers (m, n) that act on the velocity after the step, from
+        that of those that lead (leading, n).
 
-        M da = d(force - D v - K q - (A + h D) a) - R_q dq - R_v dv, with rotors A, d what is different from
-        the leading lane, and R what inverse dynamics changes; A + h D are a lane's own on the diagonal of M
-        (Woodbury).
+        (M + A + h D) da = d(force - D (v + h a) - A a - K q) - R_q dq - R_v dv, with rotors A, a of the
+        leading lane, d what is different from it, and R what inverse dynamics changes; what is a lane's own
+        in A + h D is of low rank (Woodbury).  A further pass has other dampers in the drives, and no more.
         """
-        push = force - damping * velocity - self._passive.stiffness * position
-        push -= (self._passive.armature + h * damping) * self._alike(rate)
-        moved, speed, left = (_beyond(self._by_leader(rows)) for rows in (position, velocity, push))
-        left -= moved @ self._by_position + speed @ self._by_velocity
-        if self._tangent.heavier.size:
-            left -= self._heavier @ (np.einsum("ri,rjik->rjk", rate, self._masses) + self._weights)
-        faster = left @ self._inverse
-        extra = (self._rotors + h * (damping - self._passive.damping[0]))[:, self._own]
+        own, armature = self._own, self._passive.armature
+        if self._first is None:
+            springs = _beyond(self._by_leader(-self._passive.stiffness * position))
+            pull = _product(_beyond(self._by_leader(position)), self._by_position)
+            pull += _product(_beyond(self._by_leader(velocity)), self._by_velocity)
+            springs -= pull
+            push = force - damping * velocity
+            left = springs + self._pushed(push, armature + self.step_s * damping, rate)
+            self._first = _Pass(springs[..., own], left[..., own], _product(left, self._inverse), rate)
+            if self._tangent.heavier.size:
+                load = np.einsum("ri,rjik->rjk", rate, self._masses) + self._weights
+                self._first.faster -= self._loaded(load)
+            faster = self._first.faster.copy()
+        else:
+            first = self._first
+            push = force[:, own] - damping[:, own] * velocity[:, own]
+            held = armature[:, own] + self.step_s * damping[:, own]
+            left = first.springs + self._pushed(push, held, rate[:, own])
+            faster = first.faster + _product(left - first.left, self._soft)
+            if self._tangent.heavier.size:
+                faster -= self._loaded(np.einsum("ri,rjik->rjk", rate - first.rate, self._masses))
+        extra = (armature + self.step_s * damping - self._diagonal)[:, own]
         extra = self._by_leader(extra)
-        system = np.eye(len(self._own)) + self._softest[:, None] * extra[..., None, :]
-        held = np.linalg.solve(system, faster[..., self._own, None])[..., 0]
-        faster -= (extra * held) @ self._soft
-        return np.asarray(faster.swapaxes(0, 1)).reshape(position.shape)
+        system = self._unit + self._softest * extra[..., None, :]
+        solved = np.linalg.solve(system, faster[..., own, None])[..., 0]
+        faster -= _product(extra * solved, self._soft)
+        return np.asarray(faster + rate).reshape(position.shape)
+
+    def _pushed(self, push: Array, inertia: Array, rate: Array) -> Array:
+        """Forces (m, k) less inertia (m, k) times the acceleration (leading, k) of those that lead, beyond
+        theirs.
+        """
+        return _beyond(self._by_leader(push) - self._by_leader(inertia) * rate)
+
+    def _loaded(self, load: Array) -> Array:
+        """What loads (leading, heavier, n) of a share of one take of the acceleration of each lane."""
+        return _product(_product(self._heavier, load), self._inverse)
 
     def _by_leader(self, rows: Array) -> Array:
-        """(leading, m / leading, k) of rows (m, k)."""
-        return np.asarray(rows.reshape(-1, self._leading, rows.shape[1]).swapaxes(0, 1))
+        """(m / leading, leading, k) of rows (m, k)."""
+        return rows.reshape(len(rows) // self._leading, self._leading, rows.shape[1])
 
-    def _alike(self, rows: Array) -> Array:
-        """(m, n) of rows (leading, n) of those that lead."""
-        return np.tile(rows, (len(self.position) // self._leading, 1))
+
+@dataclass
+class _Pass:
+    """Of the first pass of a step: what springs and inertia push at a lane's own coordinates (c, leading, k),
+    that with dampers and forces, and the acceleration (c, leading, n) before what is its own in inertia; and
+    that of those that lead (leading, n).
+    """
+
+    springs: Array
+    left: Array
+    faster: Array
+    rate: Array
 
 
 def _beyond(rows: Array) -> Array:
-    """Rows (leading, k, n) less the first of each."""
-    return np.asarray(rows - rows[:, :1])
+    """Rows (c, leading, n) less those of the first."""
+    return np.asarray(rows - rows[:1])
+
+
+def _product(rows: Array, matrices: Array) -> Array:
+    """Rows (c, leading, n) times a matrix (leading, n, k) each."""
+    return np.matmul(rows.swapaxes(0, 1), matrices).swapaxes(0, 1)
 
 
 def _different(arm: MovingArm, passive: Passive) -> Index:
