@@ -11,8 +11,10 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import log_likelihood_gain
+from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
+from identify.motion.plan import fitted_records
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
@@ -35,18 +37,33 @@ class FittedMotion:
         """Number of free parameters."""
         return free_parameters(self.problem)
 
+    @property
+    def objective(self) -> TrajectoryObjective:
+        """That of the fit."""
+        return TrajectoryObjective(self.problem, fitted_records(self.problem), self.problem.file.study.noise)
+
+    @cached_property
+    def seen(self) -> tuple[Array, Array]:
+        """Residuals over noise (count,) of the fit, over the root of their number, and their derivatives
+        (count, free).
+        """
+        return self.objective.residuals(self.fit.values, Scale(self.problem.parameters).free)
+
     @cached_property
     def gap(self) -> float:
         """The gap on the records that judge; inf where the motion runs away."""
-        return judge(self.problem, self.fit.values)
+        return float(judging(self.problem).costs_of(self._judged)[0])
 
-    @cached_property
+    @property
     def residuals(self) -> list[Array]:
         """Residuals over noise on the records that judge, (samples, joints) each, NaN where nothing was
         measured.
         """
-        rows = judging(self.problem).rows(self.fit.values[None])
-        return [signal[0] for record in rows for signal in record]
+        return [signal[0] for record in self._judged for signal in record]
+
+    @cached_property
+    def _judged(self) -> list[list[Array]]:
+        return judging(self.problem).rows(self.fit.values[None])
 
 
 class JudgingRecords:

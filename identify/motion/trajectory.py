@@ -69,16 +69,15 @@ class TrajectoryObjective(Objective):
         """
         if len(candidates) == 1 and self.problem.file.study.encoder_counts is None:
             if self._seen is not None and np.array_equal(self._seen[0], candidates[0]):
-                return self._costs(self._seen[2][:1])
+                return _rms(self._seen[2][:1])
             wanted, self._wanted = self._wanted, None  # a step that is not taken asks for none
             if wanted is not None and (len(wanted) + 1) * len(self.records) <= _TOGETHER:
-                return self._costs(self._beside(candidates[0], wanted)[:1])
-        return self._costs(self._rows(candidates))
+                return _rms(self._beside(candidates[0], wanted)[:1])
+        return self.costs_of(self.rows(candidates))
 
-    @staticmethod
-    def _costs(rows: Array) -> Array:
-        costs = np.sqrt(np.mean(rows**2, axis=1))
-        return np.where(np.isfinite(costs), costs, np.inf)
+    def costs_of(self, rows: list[list[Array]]) -> Array:
+        """Those of `rows`."""
+        return _rms(self._flat(rows))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """Residuals over the root of their number, so that their sum of squares is the squared cost, and
@@ -157,11 +156,19 @@ class TrajectoryObjective(Objective):
             for number, record in enumerate(self.records)
         ]
 
-    def _rows(self, candidates: Array) -> Array:
-        """(m, count)."""
-        return self._flat(self.rows(candidates))
+    def signals(self, row: Array) -> list[Array]:
+        """A row (count,) as signals (samples, joints), NaN where nothing was measured."""
+        found, first = list[Array](), 0
+        for record in self.records:
+            for measured in self._measured(record):
+                used = np.isfinite(measured)
+                signal, last = np.full(measured.shape, np.nan), first + int(used.sum())
+                signal[used], first = row[first:last], last
+                found.append(signal)
+        return found
 
     def _flat(self, rows: list[list[Array]]) -> Array:
+        """(m, count)."""
         found = []
         for record, signals in zip(self.records, rows, strict=True):
             for measured, residual in zip(self._measured(record), signals, strict=True):
@@ -182,6 +189,11 @@ class TrajectoryObjective(Objective):
 
     def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in record.recorded.items() if quantity in self.noise]
+
+
+def _rms(rows: Array) -> Array:
+    costs = np.sqrt(np.mean(rows**2, axis=1))
+    return np.where(np.isfinite(costs), costs, np.inf)
 
 
 def _joined(parts: Sequence[list[list[Array]]]) -> list[list[Array]]:

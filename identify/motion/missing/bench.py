@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.lean import needed
+from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.screen import Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_records, motion_plan
@@ -28,16 +30,19 @@ from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED, _PART = 3, 0.1
+_TRIED, _PART, _ENDED = 3, 0.1, 2
 """Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
-is promised is to first order, and far from the truth.
+is promised is to first order, and far from the truth; how many of them are fitted to their end.
 """
 _STEP_SHARE, _PARTS = 0.1, 4
-"""Error of the step, over the gap, from which models are compared in half the step, so that what makes up for
-it cannot take a hundredth off the gap; into how many parts a step is divided at most.
+"""Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
+cannot take a hundredth off the gap; into how many parts a step is divided to know it.
 """
+_AGAIN = 3
+"""Times that the error of the step is computed anew for a model that was fitted without the last one."""
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
 _REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
+_BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
 
@@ -47,7 +52,7 @@ class MissingBench(MotionWorkbench):
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         super().__init__(coarse(problem), progress)
-        self._fine, self._longest, self._shortest = problem, np.inf, self.problem.step_s / _PARTS
+        self._fine, self._steps = problem, cast(LongSteps | None, None)
         self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
         self._starts: dict[str, float] = {}
         self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
@@ -68,13 +73,29 @@ class MissingBench(MotionWorkbench):
         return self.settled(super().begin() if free else _unfitted(self.problem))
 
     def settled(self, model: FittedMotion) -> FittedMotion:
-        """The model in steps whose error is small beside its gap."""
-        while model.problem.step_s > self._shortest and _step_share(model) > _STEP_SHARE:
-            self._longest = model.problem.step_s / 2
-            self.problem = replace(self.problem, step_s=min(self.problem.step_s, self._longest))
+        """The model beside records less the error of its step, where that is not small beside its gap."""
+        for _ in range(_AGAIN):
+            if self._steps is None and _step_share(model) <= _STEP_SHARE:
+                break
+            steps, at = self._measured(model), model.problem.step_s
+            before = None if self._steps is None else self._steps.error(at)
+            if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
+                break
+            self._steps = steps
             self._fitted.clear()
-            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self.problem)
+            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self._at_hand(self.problem))
         return model
+
+    def _measured(self, model: FittedMotion) -> LongSteps:
+        """The error of steps at a model."""
+        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
+        as_measured = replace(model.problem, records=self._fine.records)
+        return LongSteps(as_measured, model.fit.values, shortest)
+
+    def _at_hand(self, problem: MotionProblem) -> MotionProblem:
+        """A problem beside records less the error of its step, where that is known."""
+        records = self._fine.records if self._steps is None else self._steps.records(problem.step_s)
+        return replace(problem, records=records)
 
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
         """Those that promise something to first order, the most promising first."""
@@ -94,20 +115,28 @@ class MissingBench(MotionWorkbench):
         return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
-        """Each fitted beside the model's effects, from where it promises to be, and once more without places
-        of which nothing is left.
+        """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones to
+        their end, and once more without places of which nothing is left.
         """
         found = []
         for trial in promising:
             [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
-            after = self._with(model, (*model.added, trial.effect))
-            leaner = self._leaner(after, trial.effect)
-            if leaner != trial.effect:
-                after = self._with(after, (*model.added, leaner))
-            found.append([Attempt(leaner, after, after.free - model.free)])
-        return found
+            problem = self._problem((*model.added, trial.effect), model)
+            brief = fit(motion_plan(problem, [_BRIEF], 1), self.progress)
+            found.append((trial.effect, FittedMotion(problem, brief, (*model.added, trial.effect))))
+        found.sort(key=lambda pair: pair[1].fit.cost)
+        ends = [(effect, self._to_its_end(model, after, effect)) for effect, after in found[:_ENDED]]
+        return [
+            [Attempt(after.added[-1], after, after.free - model.free)] for _, after in [*ends, *found[_ENDED:]]
+        ]
+
+    def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
+        """A model with an effect more, fitted to its end, without places that it does not need."""
+        after = self._with(brief, brief.added)
+        leaner = self._leaner(after, effect)
+        return after if leaner == effect else self._with(after, (*model.added, leaner))
 
     def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
         """An effect of a model at those of its places where the fit needs it."""
@@ -142,13 +171,16 @@ class MissingBench(MotionWorkbench):
         return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
-        found = coarse(super()._problem(effects, model))
-        return replace(found, step_s=min(found.step_s, self._longest))
+        return self._at_hand(coarse(super()._problem(effects, model)))
 
     def finished(self, found: MotionFit) -> MotionFit:
-        """The model that was found, fitted in the steps of the study."""
-        problem = found.problem
-        fine = resolved(replace(problem, step_s=min(problem.step_s, self._fine.step_s)))
+        """The model that was found, beside records as measured, fitted in the steps of the study or shorter."""
+        problem, records = replace(found.problem, records=self._fine.records), self._fine.records
+        if found.first is not None:
+            begun = replace(found.first.problem, records=records)
+            found = replace(found, first=replace(found.first, problem=begun))
+        step = min(problem.step_s, self._fine.step_s, *([] if self._steps is None else [self._steps.step_s]))
+        fine = resolved(replace(problem, step_s=step))
         if fine.step_s == problem.step_s or not any(p.free for p in fine.parameters):
             return replace(found, problem=fine)
         names = [parameter.name for parameter in problem.parameters]

@@ -12,8 +12,6 @@ from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.screen import independent
 from identify.motion.missing.springs import SpringKind
-from identify.motion.plan import fitted_records
-from identify.motion.trajectory import TrajectoryObjective
 
 
 def needed(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> list[int]:
@@ -21,12 +19,10 @@ def needed(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) 
     at it: half the squares that it would lose without them, less half ln n for each unknown (Laplace, unit
     information), n the number of independent residuals.
     """
-    problem = model.problem
-    objective = TrajectoryObjective(problem, fitted_records(problem), problem.file.study.noise)
-    scale = Scale(problem.parameters)
-    _, slopes = objective.residuals(model.fit.values, scale.free)
+    problem, objective = model.problem, model.objective
+    scale, (residual, slopes) = Scale(problem.parameters), model.seen
     slopes = slopes * scale.slope(scale.to_x(model.fit.values))
-    worth = independent(objective, model.fit.values)
+    worth = independent(objective, residual)
     information = worth * slopes.T @ slopes / max(model.fit.cost**2, worth / objective.count)
     information += np.diag(scale.prior_information())
     names = [problem.parameters[number].name for number in scale.free]

@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import correlation_time
-from identify.core.parameters import Scale
+from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, kinds
 from identify.motion.missing.springs import SpringKind, rigid
@@ -91,29 +91,22 @@ def promises(model: FittedMotion) -> list[Promise]:
 
 
 def _sight(model: FittedMotion, tried: int) -> _Sight:
-    objective, free = _objective(model.problem), Scale(model.problem.parameters).free
-    if len(free):
-        residual, own = objective.residuals(model.fit.values, free)
-        sizes = np.linalg.norm(own, axis=0)
-        basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
-    else:
-        residual = objective.smooth(model.fit.values)
-        basis = np.zeros((len(residual), 0))
-    worth = independent(objective, model.fit.values)
+    objective, (residual, own) = model.objective, model.seen
+    sizes = np.linalg.norm(own, axis=0)
+    basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
     left = np.sqrt(objective.count) * (residual - basis @ (basis.T @ residual))
-    return _Sight(left, basis, worth, max(tried, 2))
+    return _Sight(left, basis, independent(objective, residual), max(tried, 2))
 
 
-def independent(objective: TrajectoryObjective, values: Array) -> float:
-    """How many of the residuals are independent, by their correlation in time."""
+def independent(objective: TrajectoryObjective, row: Array) -> float:
+    """How many of the residuals (count,) are independent, by their correlation in time."""
     total = 0.0
-    for record in objective.rows(values[None]):
-        for signal in record:
-            for column in signal[0].T:
-                used = np.isfinite(column)
-                if used.any():
-                    whole = np.where(used, column, 0.0)
-                    total += float(used.sum()) / correlation_time(whole, used)
+    for signal in objective.signals(row):
+        for column in signal.T:
+            used = np.isfinite(column)
+            if used.any():
+                whole = np.where(used, column, 0.0)
+                total += float(used.sum()) / correlation_time(whole, used)
     return total
 
 
@@ -155,7 +148,7 @@ def _springs(model: FittedMotion) -> list[Place]:
         moved = np.tile(problem.initial, (len(lanes) + 1, 1))
         columns = [names.index(f"{coordinate}.stiffness") for coordinate in kind.coordinates]
         moved[1 + lanes, columns] /= _SOFTENED
-        changes = _changes(problem, moved, (_SOFTENED - 1) / kind.stiff)
+        changes = _changes(coarse(problem), moved, (_SOFTENED - 1) / kind.stiff)
         found += [Place(kind, n, changes[:, [n]], 2) for n in lanes.tolist()]
     return found
 
