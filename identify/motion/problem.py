@@ -106,9 +106,7 @@ class MotionProblem:
             target[:, self.arm.names.index(coordinate)] = values[:, column]
         return Passive(armature, stiffness, damping)
 
-    def run(
-        self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False
-    ) -> SimulatedMotion:
+    def run(self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False) -> SimulatedMotion:
         """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
         first candidate first; near: the arm of all but the first is linearised beside it.
 

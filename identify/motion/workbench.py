@@ -138,9 +138,13 @@ class MotionWorkbench:
         key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
-            found = fit(motion_plan(problem, [self.stage], 1), self.progress)
-            self._fitted[key] = FittedMotion(problem, found, effects)
+            self._fitted[key] = self._fit(problem, effects, self.stage)
         return self._fitted[key]
+
+    def _fit(
+        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+    ) -> FittedMotion:
+        return FittedMotion(problem, fit(motion_plan(problem, [stage], 1), self.progress), effects)
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
         begun, values = self.problem, self.starts(effects, model)

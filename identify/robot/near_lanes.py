@@ -85,9 +85,7 @@ class NearLanes(Lanes):
         self.velocity, self._first = -self.step_s / 2 * away, None
         return np.asarray(3 * self.velocity)
 
-    def _beside(
-        self, position: Array, velocity: Array, force: Array, damping: Array, rate: Array
-    ) -> Array:
+    def _beside(self, position: Array, velocity: Array, force: Array, damping: Array, rate: Array) -> Array:
         """Acceleration (m, n) of all lanes under dampers (m, n) that act on the velocity after the step, from
         that of those that lead (leading, n).
 

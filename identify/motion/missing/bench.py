@@ -17,9 +17,9 @@ from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
-from identify.motion.judging import FittedMotion
+from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
-from identify.motion.missing.lean import needed
+from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.screen import Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
@@ -38,10 +38,12 @@ _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
 cannot take a hundredth off the gap; into how many parts a step is divided to know it.
 """
+_SURE = 20 * CONVINCING
+"""Log odds by the curvature at a fit above which an effect stays, whatever all others would make up for."""
 _AGAIN = 3
 """Times that the error of the step is computed anew for a model that was fitted without the last one."""
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
-_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
+_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
 _BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
@@ -55,7 +57,7 @@ class MissingBench(MotionWorkbench):
         self._fine, self._steps = problem, cast(LongSteps | None, None)
         self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
         self._starts: dict[str, float] = {}
-        self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
+        self._known: dict[str, tuple[Kind | SpringKind | None, tuple[int, ...]]] = {}
 
     @property
     def policy(self) -> Policy:
@@ -69,8 +71,8 @@ class MissingBench(MotionWorkbench):
 
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted where anything is free."""
-        free = any(parameter.free for parameter in self.problem.parameters)
-        return self.settled(super().begin() if free else _unfitted(self.problem))
+        free = free_parameters(self.problem) > 0
+        return self.settled(super().begin() if free else _unfitted(self.problem, ()))
 
     def settled(self, model: FittedMotion) -> FittedMotion:
         """The model beside records less the error of its step, where that is not small beside its gap."""
@@ -83,7 +85,7 @@ class MissingBench(MotionWorkbench):
                 break
             self._steps = steps
             self._fitted.clear()
-            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self._at_hand(self.problem))
+            model = self._with(model, model.added)
         return model
 
     def _measured(self, model: FittedMotion) -> LongSteps:
@@ -123,13 +125,13 @@ class MissingBench(MotionWorkbench):
             [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
-            problem = self._problem((*model.added, trial.effect), model)
-            brief = fit(motion_plan(problem, [_BRIEF], 1), self.progress)
-            found.append((trial.effect, FittedMotion(problem, brief, (*model.added, trial.effect))))
+            effects = (*model.added, trial.effect)
+            found.append((trial.effect, self._fit(self._problem(effects, model), effects, _BRIEF)))
         found.sort(key=lambda pair: pair[1].fit.cost)
         ends = [(effect, self._to_its_end(model, after, effect)) for effect, after in found[:_ENDED]]
         return [
-            [Attempt(after.added[-1], after, after.free - model.free)] for _, after in [*ends, *found[_ENDED:]]
+            [Attempt(after.added[-1], after, after.free - model.free)]
+            for _, after in [*ends, *found[_ENDED:]]
         ]
 
     def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
@@ -141,9 +143,10 @@ class MissingBench(MotionWorkbench):
     def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
         """An effect of a model at those of its places where the fit needs it."""
         kind, places = self._known[effect.name]
-        kept = needed(model, kind, places) if len(places) > 1 else []
+        kept = needed(model, kind, places) if kind is not None and len(places) > 1 else []
         if not 0 < len(kept) < len(places):
             return effect
+        assert kind is not None
         leaner = effect_of(kind, kept)
         self._known[leaner.name] = kind, tuple(kept)
         return leaner
@@ -160,6 +163,15 @@ class MissingBench(MotionWorkbench):
         """Those of new parameters as they promised, all others as they are."""
         return {**self._starts, **super().starts(effects, model)}
 
+    def removable(self, model: FittedMotion) -> Sequence[MotionCandidate]:
+        """Those that are not missed beyond doubt: to leave one out is to fit all others again."""
+        return [effect for effect in model.added if self._worth(model, effect) < _SURE]
+
+    def _worth(self, model: FittedMotion, effect: MotionCandidate) -> float:
+        """Log odds for an effect of a model by the curvature there; none where it has no number."""
+        kind, places = self._known[effect.name]
+        return 0.0 if kind is None else worth(model, kind, places)
+
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them, and what is nothing without it."""
         return [self._with(model, self._standing(others(model, effect))) for effect in effects]
@@ -169,6 +181,12 @@ class MissingBench(MotionWorkbench):
         given = self.problem.table.given
         there = {key for key in given if np.any(given[key])} | {key for e in effects for key in e.numbers}
         return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
+
+    def _fit(
+        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+    ) -> FittedMotion:
+        free = free_parameters(problem) > 0
+        return super()._fit(problem, effects, stage) if free else _unfitted(problem, effects)
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
         return self._at_hand(coarse(super()._problem(effects, model)))
@@ -188,12 +206,12 @@ class MissingBench(MotionWorkbench):
         return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))
 
 
-def _unfitted(problem: MotionProblem) -> FittedMotion:
+def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
     """A problem of which nothing is to be fitted, at its start values."""
     values, noise = problem.initial, problem.file.study.noise
     cost = float(TrajectoryObjective(problem, fitted_records(problem), noise).costs(values[None])[0])
     start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
-    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
+    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0), effects)
 
 
 def _step_share(model: FittedMotion) -> float:

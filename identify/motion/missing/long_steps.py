@@ -30,7 +30,9 @@ class LongSteps:
         parts = 2 * int(np.ceil(problem.file.study.servo.period_s / shortest_s / 2 - 1e-9))
         self.step_s = problem.file.study.servo.period_s / parts
         once, half = self._rows(2 * self.step_s), self._rows(self.step_s)
-        self._exact = [[2 * b - a for a, b in zip(*record, strict=True)] for record in zip(once, half, strict=True)]
+        self._exact = [
+            [2 * b - a for a, b in zip(*record, strict=True)] for record in zip(once, half, strict=True)
+        ]
         self._known: dict[float, Signals] = {}
 
     def error(self, step_s: float) -> Signals:

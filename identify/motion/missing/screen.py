@@ -6,11 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import correlation_time
+from identify.model.laws.friction import Smoothing
 from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, kinds
@@ -20,6 +22,7 @@ from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
 
+LAWS = {"tanh": "dry friction as a hyperbolic tangent of speed", "root": "dry friction as a root of speed"}
 _SOFTENED = 2.0
 """By how much a spring that is as stiff as can be is softened to see what it does."""
 _FARTHEST, _WIDEST = 1.0, 10.0
@@ -40,11 +43,11 @@ class Place:
 
 @dataclass(frozen=True)
 class Promise:
-    """An effect, a kind at some of its places, with what it would gain to first order, natural logarithm of
-    the odds, and where its parameters start, by name.
+    """An effect, a kind at some of its places or a law in place of another (no kind), with what it would gain
+    to first order, natural logarithm of the odds, and where its parameters start, by name.
     """
 
-    kind: Kind | SpringKind
+    kind: Kind | SpringKind | None
     places: tuple[int, ...]
     effect: MotionCandidate
     log_odds: float
@@ -87,6 +90,7 @@ def promises(model: FittedMotion) -> list[Promise]:
     for kind in dict.fromkeys(id(place.kind) for place in places):
         promise = _best([place for place in places if id(place.kind) == kind], sight)
         found += [promise] if promise is not None else []
+    found += _laws(model, sight)
     return sorted(found, key=lambda promise: -promise.log_odds)
 
 
@@ -151,6 +155,20 @@ def _springs(model: FittedMotion) -> list[Place]:
         changes = _changes(coarse(problem), moved, (_SOFTENED - 1) / kind.stiff)
         found += [Place(kind, n, changes[:, [n]], 2) for n in lanes.tolist()]
     return found
+
+
+def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
+    """The other way in which the sign of dry friction may pass through zero, by one simulation."""
+    problem, dry = model.problem, ("friction.coulomb", "friction.stribeck")
+    arrays = problem.table.arrays(model.fit.values[None])
+    if not any(np.any(arrays[key]) for key in dry):
+        return []
+    [other] = {"root", "tanh"} - {problem.file.study.friction.smoothing}
+    law = problem.with_smoothing(cast(Smoothing, other))
+    left = sight.beyond(_objective(law).near_rows(model.fit.values[None]).T)
+    odds = sight.log_odds(float(np.sum(left**2)), 0, 1)
+    effect = MotionCandidate(name=LAWS[other], smoothing=other)
+    return [Promise(None, (), effect, odds, {})] if odds > 0 else []
 
 
 def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
