@@ -15,8 +15,8 @@ from identify.motion.study import Spring
 from identify.robot.engine_motion import MovingArm
 
 _COARSE = 1.75
-"""Step times angular frequency where models are only compared: stable, which it is below 2; modes that fast only
-follow what pushes them.
+"""Step times angular frequency where models are only compared: stable, which it is below 2; modes as fast as
+that only follow what pushes them.
 """
 
 

@@ -74,8 +74,8 @@ class MovingArm:
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
     def tangent(self, more: Array, others: Index) -> Tangent:
-        """The arm, its bodies heavier by shares (joints,), to first order; others: joints (from 0) whose bodies
-        may be heavier beyond that.
+        """The arm, its bodies heavier by shares (joints,), to first order; others: joints (from 0) whose
+        bodies may be heavier beyond that.
         """
         return Tangent(self, more, others)
 
@@ -180,9 +180,9 @@ class Tangent:
         self._data = mujoco.MjData(self._model)
 
     def at(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, ...]:
-        """At a motion (n,) each: the mass matrix; rows of what a unit of each coordinate, and of its velocity,
-        changes the forces by; mass matrix (heavier, n, n) and forces (heavier, n) without acceleration of what
-        bodies behind joints have more, for a share of one.
+        """At a motion (n,) each: the mass matrix; rows of what a unit of each coordinate, and of its
+        velocity, changes the forces by; mass matrix (heavier, n, n) and forces (heavier, n) without
+        acceleration of what bodies behind joints have more, for a share of one.
         """
         data, size = self._data, self._model.nv
         data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration

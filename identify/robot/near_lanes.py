@@ -1,10 +1,10 @@
 """Copies of a moving arm beside one that the engine moves, to first order in how far they are from it.
 
-What an effect changes of a motion is small beside the motion, so that the arm need not be moved anew for each:
-at each step the equations of motion are those of the first copy, of which a difference of state needs only
-three matrices, the mass matrix and what inverse dynamics changes with position and with velocity.  A step of a
-hundred copies with forty coordinates so takes a tenth of the engine's time.  Springs, dampers, rotors and
-forces of each copy are its own, of any size and as nonlinear as they are.
+What an effect changes of a motion is small beside the motion, so that the arm need not be moved anew for
+each: at each step the equations of motion are those of the first copy, of which a difference of state needs
+only three matrices, the mass matrix and what inverse dynamics changes with position and with velocity.  A
+hundred copies of forty coordinates take a quarter of the engine's time.  Springs, dampers, rotors and forces
+of each copy are its own, of any size and as nonlinear as they are.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ _EVERY_S = 4e-3
 
 
 class NearLanes(Lanes):
-    """Lanes of which the engine moves the first `leading`, all with the same passive elements and bodies; lane
-    n stays beside lane n modulo `leading`.
+    """Lanes of which the engine moves the first `leading`, all with the same passive elements and bodies;
+    lane n stays beside lane n modulo `leading`.
     """
 
     def __init__(
@@ -156,7 +156,7 @@ def _beyond(rows: Array) -> Array:
 
 def _product(rows: Array, matrices: Array) -> Array:
     """Rows (c, leading, n) times a matrix (leading, n, k) each."""
-    return np.matmul(rows.swapaxes(0, 1), matrices).swapaxes(0, 1)
+    return np.asarray(np.matmul(rows.swapaxes(0, 1), matrices).swapaxes(0, 1))
 
 
 def _different(arm: MovingArm, passive: Passive) -> Index:

@@ -22,6 +22,7 @@ from identify.motion.missing import screen
 from identify.motion.missing.bench import MissingBench
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.lean import needed
+from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.run import run_motion_discover
@@ -30,6 +31,7 @@ from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.run import run_motion_fit
 from identify.motion.study import MotionCandidate, read_motion_study
+from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import _trials, with_missing
 from tests.generator import hidden_motion
 from tests.generator.hidden_motion import Case, Link
@@ -242,6 +244,38 @@ def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytes
     found = with_missing(bench, Story())
     assert [trial.name for trial in found.trials if trial.kept] == ["the model as it is"]
     assert found.problem.step_s < 2e-3
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_what_the_step_gets_wrong_is_taken_off_the_records(tmp_path: Path) -> None:
+    """A model in long steps is as far from the corrected records as it is in short ones from the records."""
+    problem = replace(problem_of(one_joint(), tmp_path), step_s=1e-3)
+    steps = LongSteps(problem, problem.initial, 2.5e-4)
+    rows = [
+        TrajectoryObjective(one, one.records, one.file.study.noise).smooth(one.initial)
+        for one in (
+            replace(problem, step_s=1e-3 / 32),
+            replace(problem, records=steps.records(1e-3)),
+            problem,
+        )
+    ]
+    off = [float(np.linalg.norm(row - rows[0])) for row in rows[1:]]
+    assert changed(None, steps.error(1e-3)) == pytest.approx(off[1], rel=0.2)
+    assert off[0] < 0.2 * off[1]
+    assert changed(steps.error(1e-3), steps.error(1e-3)) == 0
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_how_friction_passes_through_zero_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hidden_motion, "CREEP", 0.1)
+    hidden_motion.write(one_joint(coulomb=np.array([30.0])), tmp_path, np.random.default_rng(3))
+    data = json.loads((tmp_path / "motion.yaml").read_text())
+    data["friction"]["smoothing"] = "root"
+    (tmp_path / "motion.yaml").write_text(json.dumps(data))
+    result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+    assert result.verdict[0].startswith("Missing: dry friction as a hyperbolic tangent of speed (log odds ")
+    assert result.gap < 1.3
+    assert parse_yaml(written[1].read_text(), "new")["friction"]["smoothing"] == "tanh"
 
 
 def test_what_the_catalogue_found_is_told_beside_candidates_of_the_study() -> None:

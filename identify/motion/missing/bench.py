@@ -117,8 +117,8 @@ class MissingBench(MotionWorkbench):
         return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
-        """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones to
-        their end, and once more without places of which nothing is left.
+        """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones
+        to their end, and once more without places of which nothing is left.
         """
         found = []
         for trial in promising:
@@ -192,7 +192,9 @@ class MissingBench(MotionWorkbench):
         return self._at_hand(coarse(super()._problem(effects, model)))
 
     def finished(self, found: MotionFit) -> MotionFit:
-        """The model that was found, beside records as measured, fitted in the steps of the study or shorter."""
+        """The model that was found, beside records as measured, fitted in the steps of the study or shorter
+        ones.
+        """
         problem, records = replace(found.problem, records=self._fine.records), self._fine.records
         if found.first is not None:
             begun = replace(found.first.problem, records=records)

@@ -22,8 +22,8 @@ def needed(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) 
 
 
 def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> float:
-    """Log odds for places of an effect, by the curvature at the fit of a model (Laplace, unit information), with
-    the number of independent residuals.
+    """Log odds for places of an effect, by the curvature at the fit of a model (Laplace, unit information),
+    with the number of independent residuals.
     """
     problem, objective = model.problem, model.objective
     scale, (residual, slopes) = Scale(problem.parameters), model.seen

@@ -21,8 +21,8 @@ Signals = list[list[Array]]
 
 
 class LongSteps:
-    """What steps get wrong at parameter values of a problem with its records as measured, by two simulations in
-    short steps, taken to a step of none (Richardson 1911).
+    """What steps get wrong at parameter values of a problem with its records as measured, by two simulations
+    in short steps, taken to a step of none (Richardson 1911).
     """
 
     def __init__(self, problem: MotionProblem, values: Array, shortest_s: float) -> None:
