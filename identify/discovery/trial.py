@@ -22,6 +22,7 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.plan import FAR
 from identify.vibration.problem import Problem, with_effects
 from identify.vibration.uncertainty import fitted_information, predictive_squares
 
@@ -29,8 +30,6 @@ _REDUCED = 12
 """Steps of a fit to the channels that are kept beside those left out."""
 _FEW_LINES, _ALL_LINES = 1e-4, 1e-6
 """Relative change of a sum of squares at which a fit ends."""
-_FAR, _COARSE = 5.0, 1e-2
-"""The gap above which nuisance parameters are not followed to the end, and where they end."""
 
 
 class TrialRunner:
@@ -116,16 +115,9 @@ def best_of(problem: Problem, starts: Array) -> Array:
 
 def fitted(problem: Problem, start: Array, steps: int, tolerance: float) -> tuple[Array, float]:
     """From start (unknowns,), after so many steps at most, to the greatest likelihood near it; values and
-    cost.  With nuisance parameters it ends coarsely where it is far from the data: they creep on to make
-    up for what the model lacks.
+    cost.
     """
-    objective = likelihood(problem)
-    if problem.nuisances.entries and float(objective.costs(start[None])[0]) > _FAR:
-        coarse = GaussNewton(evaluations=steps, tolerance=max(tolerance, _COARSE))
-        start, cost = minimized(problem, start, coarse, objective)
-        if cost > _FAR:
-            return start, cost
-    return minimized(problem, start, GaussNewton(evaluations=steps, tolerance=tolerance), objective)
+    return minimized(problem, start, GaussNewton(evaluations=steps, tolerance=tolerance), likelihood(problem))
 
 
 def minimized(
@@ -133,7 +125,8 @@ def minimized(
 ) -> tuple[Array, float]:
     """From start (unknowns,): values and cost."""
     scale = Scale(problem.parameters)
-    search = Search(objective, scale, 10 * optimizer.evaluations)
+    far = FAR if problem.nuisances.entries else np.inf
+    search = Search(objective, scale, 10 * optimizer.evaluations, far=far)
     with contextlib.suppress(Ended):  # the budget is spent: what was found counts
         optimizer.minimize(search, scale.to_x(start), np.random.default_rng(0))
     if search.best_x is None:

@@ -258,10 +258,11 @@ def _stage(
         progress.rows.append((number, position, count, best, now - progress.began))
         progress.show(number, plan.starts, stage.optimizer.kind, count, _shown(stage, plan, best))
 
-    target = plan.target_cost if stage.objective is plan.objective else 0.0
+    own = stage.objective is plan.objective
+    target, far = (plan.target_cost, plan.far) if own else (0.0, np.inf)
     part = _part(plan.parameters, stage, values)
     objective = stage.objective.at(values)
-    search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal)
+    search = Search(objective, part, stage.optimizer.evaluations, target, watch, progress.journal, far=far)
     rng = np.random.default_rng([plan.seed, number, position])
     outcome = minimized(stage.optimizer, search, part.to_x(values), rng)
     after = values if search.best_x is None else part.to_values(search.best_x)

@@ -64,7 +64,8 @@ class FitPlan:
     starts did not agree.  starts: at most this many; start_factor: how far from the initial values they are
     drawn.  target_cost ends the fit; believed_cost: a minimum above it is not believed early, however many
     starts agree on it.  alike: a Gauss-Newton stage that would begin no farther than this, on the search
-    scale, from where it began in an earlier start is not run again, but leads where that led.
+    scale, from where it began in an earlier start is not run again, but leads where that led.  far: cost of
+    the result above which Gauss-Newton ends coarsely.
     """
 
     parameters: tuple[Parameter, ...]
@@ -77,6 +78,7 @@ class FitPlan:
     believed_cost: float = np.inf
     seed: int = 1
     alike: float = 0.0
+    far: float = np.inf
 
     @property
     def initial(self) -> Array:

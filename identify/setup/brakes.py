@@ -15,10 +15,11 @@ import numpy as np
 from identify.core.thresholds import MISSING
 from identify.setup.decide import LEFT
 from identify.setup.edits import Edit
-from identify.setup.score import SLIGHT, Score, frf_targets, scored
+from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.soft import softened
 from identify.setup.stated import Stated
 from identify.setup.within import within
+from identify.vibration.log_shape import frf_targets
 
 _LEAST = float(np.log(1.5))
 """Logarithm of a ratio of stiffnesses: drives differ less from posture to posture."""

@@ -16,9 +16,10 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.quality_robot import possible
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
-from identify.setup.score import ROUGH, SLIGHT, LogShape, Score, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.stated import Stated
 from identify.setup.within import Within, levelled, within
+from identify.vibration.log_shape import LogShape
 from identify.vibration.problem import Problem
 
 _GLANCE = GaussNewton(evaluations=6, tolerance=1e-2)

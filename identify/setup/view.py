@@ -14,10 +14,11 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import POWER
 from identify.model.frf import frf
 from identify.robot.points import Point
-from identify.setup.score import Score, frf_targets
+from identify.setup.score import Score
 from identify.vibration.costs.frf_least_squares import LOG_FLOOR
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.given import base_axes
+from identify.vibration.log_shape import frf_targets
 from identify.vibration.problem import Measurement
 
 

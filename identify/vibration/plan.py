@@ -30,6 +30,10 @@ matter and impacts that make a joint slip are not yet found.
 """
 _ROUNDS = 2
 """How often errors are linearised anew under an optimizer that searches the parameters alone."""
+FAR = 5.0
+"""The gap above which nuisance parameters are not followed to their end: they creep on to make up for what
+the model lacks.
+"""
 _ALIKE = 1e-3
 """Values, on the search scale, that differ by less lead to the same minimum, where a stage takes long."""
 
@@ -68,6 +72,7 @@ def fit_plan(problem: Problem) -> FitPlan:
         QUIET if likelihood else np.inf,
         study.seed,
         _ALIKE if with_errors else 0.0,
+        FAR if with_errors else np.inf,
     )
 
 

@@ -19,11 +19,12 @@ from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
-from identify.setup.score import Score, frf_targets, scored
+from identify.setup.score import Score, scored
 from identify.setup.search import Candidate, Searched, _again, _better, _round
 from identify.setup.sentences import sentences
 from identify.setup.stated import LINES, Stated
 from identify.setup.within import Within, levelled, times, within
+from identify.vibration.log_shape import frf_targets
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.setup import studies

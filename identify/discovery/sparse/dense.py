@@ -73,14 +73,16 @@ def _of_measurement(problem: Problem) -> list[Effect]:
     kinds = {effect.kind for effect in problem.file.study.effects}
     wanted: list[Effect] = [SensorMatrix(points=list(nodes))] if nodes else []
     wanted += [FrfGain(force=force) for force in forces]
-    wanted += _of_all(problem)
-    return [effect for effect in wanted if effect.kind not in kinds]
+    return [*(effect for effect in wanted if effect.kind not in kinds), *of_all(problem)]
 
 
-def _of_all(problem: Problem) -> Iterator[Effect]:
-    """What may be wrong with all FRFs alike and is nothing where its parameters are zero."""
-    for kind in EFFECTS.usable().values():
-        if not kind.of_measurement:
+def of_all(problem: Problem) -> Iterator[Effect]:
+    """What may be wrong with all FRFs alike, and is nothing where its parameters are zero; not what a study
+    has.
+    """
+    present = {effect.kind for effect in problem.file.study.effects}
+    for name, kind in EFFECTS.usable().items():
+        if not kind.of_measurement or name in present:
             continue
         with left_out_where_broken():
             instances = kind.instances(problem.robot, problem.points)

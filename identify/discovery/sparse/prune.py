@@ -47,10 +47,11 @@ class Pruned(NamedTuple):
     @property
     def simple(self) -> bool:
         """Whether it explains the data with so little that no other start can do with much less; not where a
-        link bends, whose form nobody knows.
+        link bends whose form is not uncertain.
         """
         bends = any(isinstance(unit.effect, LinkFlexibility) for unit in self.found.unknowns.units)
-        return self.closed and len(self.evidence) <= _FEW and not bends
+        forms = any(one.group == "form" for one in self.found.problem.nuisances.entries)
+        return self.closed and len(self.evidence) <= _FEW and (forms or not bends)
 
 
 def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:

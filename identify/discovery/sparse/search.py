@@ -5,7 +5,7 @@ name.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from identify.discovery.sparse.dense import (
     exchanged,
     in_parts,
     instruments,
+    of_all,
     relaxations,
 )
 from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
@@ -73,12 +74,13 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
-    structure = tuple(all_springs(problem, shrink=True))
-    told = _with_links_as_told(problem, structure, story, unseen)
+    # A delay turns every phase: without it springs are led to where they turn them, too.
+    structure = (*all_springs(problem, shrink=True), *of_all(problem))
+    bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
+    told = _with_links_as_told(problem, bending, structure, story, unseen)
     likeliest = max(told, key=_evidence, default=None)
     if likeliest is None or not (story.late or likeliest.simple):
         closed = [one for one in told if one.closed]
-        bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
         story.doing("fitting everything that may be missing at once")
         usual = dense_fit(bending, structure, usual=True, until=story.until)
         fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
@@ -92,16 +94,16 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
 
 
 def _with_links_as_told(
-    problem: Problem, structure: tuple[Effect, ...], story: Story, unseen: Unseen | None
+    problem: Problem, bending: Problem, structure: tuple[Effect, ...], story: Story, unseen: Unseen | None
 ) -> list[Pruned]:
-    """From rigid bearings, with what no spring stands for in two rounds, unless it is parts of links, whose
-    forms are uncertain.
+    """From rigid bearings, with what no spring stands for in two rounds; where links bend by parts, gone on
+    with their forms uncertain in the second.
     """
     story.doing("fitting with rigid bearings and links that may give way")
     fits = _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1)
-    if _open(fits) and not any(
-        isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects
-    ):
+    if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
+        fits = [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
+    elif _open(fits):
         fits = _further(fits[0], story, 1)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
     return [pruned(one, story.say, unseen) for one in fits if one.gap < _FAR or story.late]
@@ -114,9 +116,10 @@ def _others(
     if story.late:
         return
     story.doing("fitting again, with errors of every sensor and force")
-    more = dense_fit(problem, (*structure, *instruments(problem)), usual=True, until=story.until)
-    yield more
-    if _open([first, more]) and not story.late:
+    more = [one for one in instruments(problem) if one not in structure]
+    fit = dense_fit(problem, (*structure, *more), usual=True, until=story.until)
+    yield fit
+    if _open([first, fit]) and not story.late:
         story.doing("fitting again, from the lower part of the band up")
         banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
         yield from _further(banded, story) if banded.objective < first.objective else [banded]

@@ -68,7 +68,8 @@ class Search:
     so far.
 
     watch is called after every evaluation with the number of evaluations so far and the best cost; journal
-    remembers costs, so that an interrupted run can be replayed without computing them again.
+    remembers costs, so that an interrupted run can be replayed without computing them again.  far: cost above
+    which nobody asks where exactly the minimum is.
     """
 
     objective: Objective
@@ -78,6 +79,7 @@ class Search:
     watch: Callable[[int, float], None] = lambda evaluations, best: None
     journal: Journal = field(default_factory=Journal)
     whole: Search | None = None
+    far: float = np.inf
     evaluations: int = 0
     best_x: Array | None = None
     best_cost: float = np.inf

@@ -27,6 +27,8 @@ are nowhere near what their derivatives say.
 """
 _FIRST, _LEAST, _MOST = 1e-2, 1e-12, 1e12
 """Damping over the curvature along each unknown."""
+_COARSE = 1e-2
+"""Tolerance at costs that the search calls far: what is missing moves the minimum by far more."""
 
 
 class GaussNewton(Optimizer):
@@ -53,21 +55,23 @@ class GaussNewton(Optimizer):
         if not np.isfinite(product).all():
             return Outcome(False, "the model has no solution at the start")
         scale, damping, growth, tried = np.zeros(len(x)), _FIRST, 2.0, 1
+        tolerance = self.tolerance
         while damping < _MOST and product[-1, -1] > 0:
             if tried >= self.evaluations:
                 return Outcome(False, f"the budget of {self.evaluations} evaluations is spent")
             tried += 1
+            tolerance = max(self.tolerance, _COARSE) if cost > search.far else self.tolerance
             curvature, slope = product[:-1, :-1], product[:-1, -1]
             scale = _steepest(search, scale, curvature)
             damped = curvature + damping * np.diag(np.where(scale > 0, scale, 1.0) ** 2)
             lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
             step = bounded_step(damped, -slope, lower, upper)
             foreseen = -float(step @ (2 * slope + curvature @ step)) / product[-1, -1]
-            if np.linalg.norm(step) <= self.tolerance * np.linalg.norm(x):
+            if np.linalg.norm(step) <= tolerance * np.linalg.norm(x):
                 break
             step, costs = _followed(search, x, step, damped, (lower, upper))
             fall = 1 - (costs / cost) ** 2
-            if max(fall, foreseen) < self.tolerance:
+            if max(fall, foreseen) < tolerance:
                 break
             # After the last step nothing needs derivatives.
             there = search.product(x + step) if fall > 0 and tried < self.evaluations else product
@@ -77,7 +81,7 @@ class GaussNewton(Optimizer):
                 growth = 2.0
             else:
                 damping, growth = damping * growth, 2 * growth
-        return Outcome(True, f"no step lowers the sum of squares by more than {self.tolerance:g} of itself")
+        return Outcome(True, f"no step lowers the sum of squares by more than {tolerance:g} of itself")
 
 
 def _steepest(search: Search, scale: Array, curvature: Array) -> Array:

@@ -65,6 +65,12 @@ def run(kind: str, problem: Search, seed: int = 1, **settings: Any) -> Search:
     return problem
 
 
+def test_far_from_the_data_gauss_newton_ends_coarsely_and_nearer_does_not() -> None:
+    fine, far, near = (run("gauss-newton", search("valley", 4, far=cost)) for cost in (np.inf, 0.0, 10.0))
+    assert far.evaluations < fine.evaluations
+    assert near.evaluations == fine.evaluations and near.best_cost == fine.best_cost
+
+
 @pytest.mark.parametrize("kind", KINDS)
 class TestContract:
     @pytest.mark.parametrize(("shape", "within"), [("bowl", 2e-2), ("valley", 5e-2)])
