@@ -133,7 +133,7 @@ def test_springs_are_written_with_what_was_found(tmp_path: Path) -> None:
     problem = problem_of(case, tmp_path)
     [promise] = [p for p in promises(as_it_is(problem)) if "compliance of the gear" in p.effect.name]
     assert promise.effect.name == "compliance of the gear (joint1.rz)"
-    assert promise.starts["joint1.rz.stiffness"] == pytest.approx(4e3, rel=0.5)
+    assert 2e3 < promise.starts["joint1.rz.stiffness"] < 8e3  # to first order
     softer = with_effects(problem, promise.effect.effects, promise.starts)
     data = parse_yaml(study_text(softer, softer.initial, tmp_path / "elsewhere"), "new")
     assert data["effects"][0]["kind"] == "joint-compliance"
@@ -243,7 +243,7 @@ def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytes
     assert bench.problem.step_s == pytest.approx(2e-3)
     found = with_missing(bench, Story())
     assert [trial.name for trial in found.trials if trial.kept] == ["the model as it is"]
-    assert found.problem.step_s < 2e-3
+    assert bench.finished(found).problem.step_s < 2e-3
 
 
 @pytest.mark.usefixtures("no_springs")

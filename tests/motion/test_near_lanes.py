@@ -59,7 +59,7 @@ def elastic(folder: Path) -> MotionProblem:
         {**record, "name": "one", "moves": MOVES},
         {**record, "name": "two", "moves": MOVES[1:]},
     ]
-    effects = [springs(400.0), {"kind": "base-compliance", "axes": ["rx", "ry"]}]
+    effects = [springs(400.0)]
     return arms.study(folder, arms.three_links(), effects=effects, records=records, **FREE)
 
 
@@ -86,14 +86,15 @@ def test_a_motion_that_runs_away_takes_those_beside_it_along(tmp_path: Path) -> 
     problem = elastic(tmp_path)
     fast = replace(problem, step_s=problem.file.study.servo.period_s)
     with np.errstate(all="ignore"):
-        motion = fast.run(np.tile(100 * problem.initial, (2, 1)), problem.records, near=True)
+        stiff = np.array([1e4 if p.name.endswith("stiffness") else 1.0 for p in problem.parameters])
+        motion = fast.run(np.tile(stiff * problem.initial, (2, 1)), problem.records, near=True)
     assert np.isnan(motion.coordinates[:, -1]).all()
 
 
 @pytest.fixture
 def rocking(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FittedMotion:
-    """An arm of two links on a base that rocks, of which its study says nothing, moving for half a second."""
-    monkeypatch.setattr(hidden_motion, "DURATION_S", 0.6)
+    """An arm of two links on a base that rocks, of which its study says nothing, moving for a second."""
+    monkeypatch.setattr(hidden_motion, "DURATION_S", 1.2)
     monkeypatch.setattr(hidden_motion, "PARTS", 4)
     rng = np.random.default_rng(90562)
     case = hidden_motion.drawn(rng, "compliance of the base", False)

@@ -111,28 +111,40 @@ class MissingBench(MotionWorkbench):
         return [Attempt(effect, model, 0) for effect in effects]
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
-        """The first few."""
-        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)][1]}
-        most = max(odds.values(), default=0.0)
-        return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
+        """The first few that are different, and what is the same as one of them."""
+        known = {id(p.effect): p for p in self._promised[id(model)][1]}
+        most = max((promise.log_odds for promise in known.values()), default=0.0)
+        different, found = list[Promise](), list[Trial]()
+        for trial in screened:
+            promise = known[id(trial.effect)]
+            new = not any(promise.same(one) for one in different)
+            if promise.log_odds < _PART * most or (new and len(different) == _TRIED):
+                break
+            different += [promise] if new else []
+            found.append(trial)
+        return found
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
         """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones
         to their end, and once more without places of which nothing is left.
         """
-        found = []
-        for trial in promising:
-            [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
+        known = {p.effect.name: p for p in self._promised[id(model)][1]}
+        promised = [known[trial.effect.name] for trial in promising]
+        found = list[tuple[Promise, FittedMotion]]()
+        for promise in promised:
+            if any(promise.same(other) for other, _ in found):
+                continue
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
-            effects = (*model.added, trial.effect)
-            found.append((trial.effect, self._fit(self._problem(effects, model), effects, _BRIEF)))
+            effects = (*model.added, promise.effect)
+            found.append((promise, self._fit(self._problem(effects, model), effects, _BRIEF)))
         found.sort(key=lambda pair: pair[1].fit.cost)
-        ends = [(effect, self._to_its_end(model, after, effect)) for effect, after in found[:_ENDED]]
-        return [
-            [Attempt(after.added[-1], after, after.free - model.free)]
-            for _, after in [*ends, *found[_ENDED:]]
-        ]
+        ends = [(one, self._to_its_end(model, after, one.effect)) for one, after in found[:_ENDED]]
+        groups = []
+        for promise, after in [*ends, *found[_ENDED:]]:
+            others = [one.effect for one in promised if one is not promise and one.same(promise)]
+            groups += [[Attempt(one, after, after.free - model.free)] for one in (after.added[-1], *others)]
+        return groups
 
     def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
         """A model with an effect more, fitted to its end, without places that it does not need."""

@@ -4,6 +4,7 @@ of them, side by side, and all that is searched already free to make up for it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import cast
@@ -52,6 +53,12 @@ class Promise:
     effect: MotionCandidate
     log_odds: float
     starts: Mapping[str, float]
+
+    def same(self, other: Promise) -> bool:
+        """Whether the records cannot tell it from another: at the same places, the same odds to six
+        digits.
+        """
+        return self.places == other.places and math.isclose(self.log_odds, other.log_odds, rel_tol=1e-6)
 
 
 @dataclass(frozen=True)
