@@ -25,6 +25,7 @@ import numpy as np
 from identify import cli
 from identify.__main__ import main
 from identify.core import part_file
+from identify.core.registry import installed
 
 _PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
 _OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor|jobs/file)$")
@@ -82,19 +83,25 @@ def begun(context: ForkServerContext, words: list[str], said: Path, trouble: Tro
     return Run(process, said)
 
 
-def ran(*words: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    """`identify` with these words in a folder, ended: its exit code and what it said."""
+def ran(*words: str, cwd: Path, packages: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """`identify` with these words in a folder, ended: its exit code and what it said; packages: a folder in
+    which more are installed.
+    """
     with tempfile.TemporaryDirectory() as folder:
         said = [Path(folder) / name for name in ("out", "err")]
-        process = programs().Process(target=_captured, args=(words, cwd, *said))
+        process = programs().Process(target=_captured, args=(words, cwd, *said, packages))
         process.start()
         process.join(timeout=300)
         assert process.exitcode is not None, "it hangs"
         return subprocess.CompletedProcess(words, process.exitcode, *(one.read_text() for one in said))
 
 
-def _captured(words: tuple[str, ...], cwd: Path, out: Path, err: Path) -> None:
+def _captured(words: tuple[str, ...], cwd: Path, out: Path, err: Path, packages: Path | None) -> None:
     os.chdir(cwd)
+    if packages is not None:
+        sys.path.insert(0, str(packages))
+        os.environ["PYTHONPATH"] = str(packages)  # for the processes that it starts
+        installed.cache_clear()
     sys.argv = ["identify", *words]
     sys.stdout, sys.stderr = out.open("w"), err.open("w")
     for number, stream in enumerate((sys.stdout, sys.stderr), start=1):

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from operator import is_
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
+
+from identify.core.arrays import Array
 
 T = TypeVar("T")
 
@@ -25,3 +27,22 @@ class Latest(Generic[T]):
         others = [one for one in self._made if one[1] is not made]
         self._made = [(objects, made), *others][: self._kept]
         return made
+
+
+class LatestAt(Generic[T]):
+    """What was made at an array's values the last time, for small arrays, whose equality is seen at once; it
+    is left behind where the object that has it goes to another process.
+    """
+
+    def __init__(self) -> None:
+        self._known: tuple[bytes, T] | None = None
+
+    def of(self, values: Array, make: Callable[[Array], T]) -> T:
+        """What is made at these values."""
+        known, key = self._known, values.tobytes()
+        if known is None or known[0] != key:
+            self._known = known = key, make(values)  # at once: several threads may ask
+        return known[1]
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"_known": None}

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -99,6 +100,11 @@ class System:
     compliances: Compliances | None = None
     driven: frozenset[int] = frozenset()
 
+    @cached_property
+    def is_hysteretic(self) -> bool:
+        """Whether anything is damped by hysteresis, which has no free motion in time."""
+        return bool(np.any(self.terms["hysteretic"]))
+
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
         """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic
         damping.  Springs given by compliance are as stiff as numbers allow where they are rigid.
@@ -116,13 +122,15 @@ class System:
         k, c, m = (
             np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass")
         )
-        if np.any(self.terms["hysteretic"]):
+        if self.is_hysteretic:
             k = k + 1j * np.tensordot(values, self.terms["hysteretic"], axes=1)
         return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
 
     def with_more(self, mass: Array, stiffness: Array) -> System:
         """The system with more mass and stiffness, (n, n), or (m, n, n) for a population."""
-        return replace(self, mass=self.mass + mass, stiffness=self.stiffness + stiffness)
+        more = replace(self, mass=self.mass + mass, stiffness=self.stiffness + stiffness)
+        vars(more)["is_hysteretic"] = self.is_hysteretic  # of the same terms
+        return more
 
     def jacobian(self, frame: str, point: Array, where: str = "points") -> Array:
         """(6, n): motion of a point (3,), m, of a frame, in the frame's axes, per free coordinate."""

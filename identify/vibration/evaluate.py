@@ -30,7 +30,8 @@ from identify.results import fit as results
 from identify.results import tables
 from identify.robot.visual import Looks, looks
 from identify.vibration.channel_faults import fault_notes
-from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.costs.targets import Targets
 from identify.vibration.directions import soft_directions
 from identify.vibration.file_geometry import geometry_notes
 from identify.vibration.intervals import intervals

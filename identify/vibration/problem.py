@@ -28,7 +28,8 @@ from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
 from identify.vibration.costs.modal_target import ModalTarget
-from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.costs.targets import Targets
 from identify.vibration.given import Given, read_given
 from identify.vibration.left_out import without_noise
 from identify.vibration.like import as_in_type

@@ -9,7 +9,8 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.thresholds import MATERIAL
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
-from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.costs.targets import Targets
 from identify.vibration.uncertainty import gap
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+
+from tests.programs import ran
 
 ROOT = Path(__file__).parents[2]
 EVIL = """
@@ -87,11 +87,7 @@ def _line(entry: str) -> str:
 
 
 def run(study: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": str(study.parent)}
-    program = Path(sys.executable).with_name("identify")
-    return subprocess.run(
-        [program, *words], cwd=study.parent, env=environment, capture_output=True, text=True, check=False
-    )
+    return ran(*words, cwd=study.parent, packages=study.parent)
 
 
 @pytest.mark.parametrize(

@@ -64,7 +64,7 @@ def test_records_that_begin_before_the_impact_leave_no_gap(tmp_path: Path) -> No
     )
     generate(hide(spec, "none"), tmp_path / "none")
     config = config_of(tmp_path / "none", tmp_path, extra="starts: 5")
-    result, _ = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1)
+    result, _ = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1, as_stated=True)
     assert result.added.sentence == ()
     table = result.after.parameters
     row = table.name.index(PRE_TRIGGER)

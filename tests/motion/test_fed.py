@@ -20,11 +20,16 @@ from tests.generator import hidden_motion
 from tests.motion.test_missing import one_joint
 
 
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An arm with a balancer: its study and records."""
+    folder = tmp_path_factory.mktemp("fed")
+    hidden_motion.write(one_joint(balancer=np.array([[8.0], [-6.0]])), folder, np.random.default_rng(5))
+    return folder
+
+
 def study(folder: Path, *, fed: tuple[str, ...] = ("one", "two", "three"), **keys: Any) -> MotionProblem:
-    """A study of an arm with a balancer that it knows, some of its records fed in."""
-    case = one_joint(balancer=np.array([[8.0], [-6.0]]))
-    if not (folder / "motion.yaml").exists():
-        hidden_motion.write(case, folder, np.random.default_rng(5))
+    """A study of the arm that knows its balancer, some of its records fed in."""
     data = json.loads((folder / "motion.yaml").read_text())
     data["balancer"] = {"sine": 8.0, "cosine": -6.0}
     data["noise"] = {"motor_position": hidden_motion.NOISE_RAD, "motor_torque": 1.0}
@@ -40,26 +45,26 @@ def torque_rms(problem: MotionProblem, name: str) -> float:
     return float(evaluate_simulation(problem).records[name].comparisons["motor_torque"].rms[0, 0])
 
 
-def test_torques_are_what_the_recorded_motion_takes(tmp_path: Path) -> None:
-    problem = study(tmp_path)
+def test_torques_are_what_the_recorded_motion_takes(case: Path) -> None:
+    problem = study(case)
     measured = problem.records[0].measured
     assert measured is not None
     size = float(np.std(measured.signals["motor_torque"]))
     right = torque_rms(problem, "one")
     assert right < 0.1 * size  # noise and what acceleration there is above 30 Hz
     for keys in ({"friction": {}}, {"balancer": {}}, {"bodies": {"mass": 0.3}}):
-        assert torque_rms(study(tmp_path, **keys), "one") > 2 * right
+        assert torque_rms(study(case, **keys), "one") > 2 * right
 
 
-def test_only_torques_are_compared_and_records_stand_in_their_order(tmp_path: Path) -> None:
-    problem = study(tmp_path, fed=("two",))
+def test_only_torques_are_compared_and_records_stand_in_their_order(case: Path) -> None:
+    problem = study(case, fed=("two",))
     result = evaluate_simulation(problem)
     assert [set(one.comparisons) for one in result.records.values()] == [
         {"motor_position", "motor_torque"},
         {"motor_torque"},
         {"motor_position", "motor_torque"},
     ]
-    alone = evaluate_simulation(study(tmp_path, fed=()))
+    alone = evaluate_simulation(study(case, fed=()))
     for name in ("one", "three"):
         now, before = (one.records[name].signals["motor_position"].values for one in (result, alone))
         np.testing.assert_allclose(now, before, atol=1e-12)
@@ -69,23 +74,23 @@ def test_only_torques_are_compared_and_records_stand_in_their_order(tmp_path: Pa
     np.testing.assert_allclose(turned, recorded.signals["motor_position"][:, 0], atol=1e-9)
 
 
-def test_candidates_side_by_side(tmp_path: Path) -> None:
+def test_candidates_side_by_side(case: Path) -> None:
     free = {"mass": {"initial": 0.0, "bounds": [-0.5, 1.0]}}
-    problem = study(tmp_path, fed=("two",), bodies=free)
+    problem = study(case, fed=("two",), bodies=free)
     both = problem.run(np.array([[0.0], [0.3]]), problem.records).torque
     for row, value in enumerate((0.0, 0.3)):
         alone = problem.run(np.array([[value]]), problem.records).torque
         np.testing.assert_allclose(both[3 * row : 3 * row + 3], alone, atol=1e-9)
 
 
-def test_what_the_recorded_motion_takes_is_reported_beside_what_the_controller_does(tmp_path: Path) -> None:
+def test_what_the_recorded_motion_takes_is_reported_beside_what_the_controller_does(case: Path) -> None:
     """The same torques as of records that are fed in; the comparison with the controller is as without."""
-    both = evaluate_simulation(study(tmp_path, fed=(), inverse_dynamics_hz=30.0))
-    plain = evaluate_simulation(study(tmp_path, fed=()))
+    both = evaluate_simulation(study(case, fed=(), inverse_dynamics_hz=30.0))
+    plain, fed = evaluate_simulation(study(case, fed=())), evaluate_simulation(study(case))
     for name, record in both.records.items():
         assert record.fed is not None
         assert set(record.fed) == {"motor_torque"}
-        alone = torque_rms(study(tmp_path, fed=("one", "two", "three")), name)
+        alone = fed.records[name].comparisons["motor_torque"].rms[0, 0]
         assert record.fed["motor_torque"].rms[0, 0] == pytest.approx(alone, rel=1e-9)
         ours, theirs = (one.records[name].comparisons["motor_torque"].rms for one in (both, plain))
         np.testing.assert_array_equal(ours, theirs)
@@ -93,16 +98,16 @@ def test_what_the_recorded_motion_takes_is_reported_beside_what_the_controller_d
     assert "RMS difference of motor torque, with the recorded motion fed in" in titles
     springs = [{"kind": "joint-compliance", "axes": ["rz"]}]
     with pytest.raises(InputError, match=r"inverse_dynamics_hz: joint1.rz is elastic"):
-        study(tmp_path, fed=(), effects=springs, inverse_dynamics_hz=30.0)
+        study(case, fed=(), effects=springs, inverse_dynamics_hz=30.0)
 
 
-def test_what_cannot_be_fed_in_is_refused(tmp_path: Path) -> None:
+def test_what_cannot_be_fed_in_is_refused(case: Path) -> None:
     springs = [{"kind": "joint-compliance", "axes": ["rz"]}]
     with pytest.raises(InputError, match=r"joint1.rz is elastic; expected a rigid arm"):
-        study(tmp_path, effects=springs)
+        study(case, effects=springs)
     with pytest.raises(
         InputError, match=r"recorded_motion_hz: 900 Hz at 250 samples a second; expected .* 125"
     ):
-        data = json.loads((tmp_path / "fed.yaml").read_text())
+        data = json.loads((case / "fed.yaml").read_text())
         data["records"][0]["recorded_motion_hz"] = 900.0
-        study(tmp_path, effects=[], records=data["records"], fed=())
+        study(case, effects=[], records=data["records"], fed=())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -17,7 +19,7 @@ from identify.measured.uff.write import write_uff58
 from identify.setup.score import scored
 from identify.setup.stated import Stated, stated
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import load_problem
+from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study
 
 DATA = Path(__file__).parents[2] / "data" / "arm_hammer_test"
@@ -63,17 +65,27 @@ def simulated(folder: Path, stiffer: Mapping[str, float] | None = None, **keys: 
     """The measurements with files of what the model itself predicts of the study with these keys, after a
     fit of it; stiffer: factors of parameters in the second file.
     """
-    problem = load_problem(read_study(written(folder, config(**keys))))
-    values, found = scored(stated(problem).problem()).values, each(noise={"relative": 0.02})
+    problem, fitted = _fitted(yaml_text(config(**keys)))
+    found = each(noise={"relative": 0.02})
     for number, (one, m) in enumerate(zip(found, problem.measurements, strict=True)):
         factors = [(stiffer or {}).get(p.name, 1.0) if number else 1.0 for p in problem.parameters]
         assert isinstance(m.target, FrfTarget)
         data = m.target.data
-        frf = m.target.predict(values * np.array(factors))
+        frf = m.target.predict(fitted * np.array(factors))
         path = folder / f"simulated{number}.uff"
         write_uff58(path, FrfSet(data.frequency_hz, frf, data.outputs, data.inputs, data.quantity), True)
         one["file"] = str(path)
     return found
+
+
+@cache
+def _fitted(text: str) -> tuple[Problem, np.ndarray]:
+    """A study and its fitted values (parameters,); once, because several tests begin with the same."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "arm.yaml"
+        path.write_text(text)
+        problem = load_problem(read_study(path))
+    return problem, scored(stated(problem).problem()).values
 
 
 def frfs() -> FrfSet:

@@ -19,9 +19,11 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
+from identify.setup import fit as setup_of_fit
 from identify.setup.apply import write_corrected
 from identify.setup.bounds import no_phases, placeholders
 from identify.setup.check import run_checks
+from identify.setup.diagnosis import look
 from identify.setup.edits import Edit, OnLink, in_words
 from identify.setup.fit import advise, check_set_up
 from identify.vibration.problem import load_problem
@@ -59,9 +61,11 @@ def test_without_a_mistake_there_is_nothing_to_apply(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*_corrected*"))
 
 
-def test_fit_advises_and_discover_does_not_begin(tenfold: Path) -> None:
+def test_fit_advises_and_discover_does_not_begin(tenfold: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     problem = load_problem(read_study(tenfold))
     assert advise(problem, 5.0) == [], "no large gap"
+    found = look(problem)
+    monkeypatch.setattr(setup_of_fit, "look", lambda *_: found)  # once for both
     assert "10 times" in advise(problem, 90.0)[0]
     with pytest.raises(InputError, match="--as-stated"):
         check_set_up(problem)

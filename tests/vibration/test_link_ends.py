@@ -14,19 +14,38 @@ from identify.fitting.uncertainty import Uncertainty
 from identify.measured.finding import STUDY
 from identify.vibration.check import run_checks
 from identify.vibration.link_ends import left_open, with_link_ends
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.problem import Problem, load_problem, with_uncertainty
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import fitted_information, uncertainty
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
 
-def _problem(folder: Path, stated: str = "") -> Problem:
+def _config(folder: Path, stated: str = "") -> Path:
     """The shipped example with a link that bends."""
     text = CONFIG.read_text().replace("../data", str(CONFIG.parents[1] / "data"))
     bends = "effects:\n  - {kind: link-flexibility, link: link2}\n"
     (folder / "bends.yaml").write_text(text.replace("effects:\n", bends) + stated)
-    return load_problem(read_study(folder / "bends.yaml"))
+    return folder / "bends.yaml"
+
+
+@pytest.fixture(scope="module")
+def shipped() -> Problem:
+    """The shipped example with its data."""
+    return load_problem(read_study(CONFIG))
+
+
+@pytest.fixture(scope="module")
+def bends(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """That with a link that bends."""
+    return load_problem(read_study(_config(tmp_path_factory.mktemp("bends"))))
+
+
+def _stated(problem: Problem, path: Path) -> Problem:
+    """The same data and model with what a study states to be uncertain."""
+    settings = read_study(path).study.uncertainty
+    assert settings is not None
+    return with_uncertainty(problem, settings)
 
 
 def _both(problem: Problem) -> tuple[Uncertainty, Uncertainty, np.ndarray]:
@@ -41,8 +60,8 @@ def _both(problem: Problem) -> tuple[Uncertainty, Uncertainty, np.ndarray]:
     return plain, with_link_ends(problem, plain, values), values
 
 
-def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(tmp_path: Path) -> None:
-    problem = _problem(tmp_path)
+def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(bends: Problem) -> None:
+    problem = bends
     plain, wider, values = _both(problem)
     names = [p.name for p in problem.parameters]
     found = dict(zip(names, values, strict=True))
@@ -66,9 +85,9 @@ def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(tmp_path:
 
 
 @pytest.mark.parametrize("stated", ["uncertainty: {links: {mass: 0.02}}\n", "uncertainty: careful\n"])
-def test_a_study_says_how_much(tmp_path: Path, stated: str) -> None:
+def test_a_study_says_how_much(bends: Problem, tmp_path: Path, stated: str) -> None:
     """What is stated of something else alone leaves links exactly as stated."""
-    problem = _problem(tmp_path, stated)
+    problem = _stated(bends, _config(tmp_path, stated))
     plain, wider, _ = _both(problem)
     more = wider.high > plain.high * (1 + 1e-9)
     names = [p.name for p in problem.parameters[: problem.size] if p.free]
@@ -80,10 +99,12 @@ def test_a_study_says_how_much(tmp_path: Path, stated: str) -> None:
 
 
 @pytest.mark.parametrize(("mass", "ends", "said"), [(1e-6, 0.5, True), (0.5, 1e-6, False)])
-def test_a_check_says_whether_they_matter_most(mass: float, ends: float, said: bool, tmp_path: Path) -> None:
+def test_a_check_says_whether_they_matter_most(
+    mass: float, ends: float, said: bool, bends: Problem, tmp_path: Path
+) -> None:
     stated = f"uncertainty: {{links: {{mass: {mass}}}, flexible_links: {{ends: {ends}}}}}\n"
-    problem = _problem(tmp_path, stated)
-    findings = run_checks(tmp_path / "bends.yaml").findings[STUDY]
+    config = _config(tmp_path, stated)
+    problem, findings = _stated(bends, config), run_checks(config).findings[STUDY]
     [finding] = [one for one in findings if one.check == "stated-uncertainty"]
     assert ("the ends of links that bend matter most" in finding.sentence) == said
     own = Scale(problem.parameters[: problem.size]).free
@@ -92,7 +113,7 @@ def test_a_check_says_whether_they_matter_most(mass: float, ends: float, said: b
     assert (finding.value == pytest.approx(np.mean(left / (known + left)))) == said
 
 
-def test_a_model_without_such_a_link_is_as_sure_as_it_was() -> None:
-    plain, wider, _ = _both(load_problem(read_study(CONFIG)))
+def test_a_model_without_such_a_link_is_as_sure_as_it_was(shipped: Problem) -> None:
+    plain, wider, _ = _both(shipped)
     assert wider.low == pytest.approx(plain.low)
     assert plain.notes == wider.notes

@@ -15,7 +15,8 @@ from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.compressed import compressed_frfs
 from identify.vibration.costs.information import Rows, by_lines, each_set, over_noise, rows_of
-from identify.vibration.costs.target import FrfTarget, Targets
+from identify.vibration.costs.target import FrfTarget
+from identify.vibration.costs.targets import Targets
 
 LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
+from identify.core.latest import LatestAt
 from identify.measured.frf_set import POWER, FrfSet
 from identify.model.compliant import Response, by_columns, by_matrices, by_springs, respond, shortened
 from identify.model.compliant import gradient as model_gradient
@@ -20,7 +21,6 @@ from identify.model.impacted import impacted_frf
 from identify.model.system import System
 from identify.model.truncation import TruncationCorrection, end_of_record
 from identify.vibration.costs.impact import MOVED, ImpactSimulator, SimulatedImpact
-from identify.vibration.costs.modal_target import ModalTarget
 from identify.vibration.nuisances.blocks import nuisance_blocks, recorded
 from identify.vibration.nuisances.placed import Placed, State, state
 from identify.vibration.nuisances.sensitivity import Block
@@ -157,14 +157,28 @@ class FrfTarget:
         """The target with the model, sensors and impacts that nuisances (nuisances,) make, and the delay,
         s.
         """
+        there, at = self._realised(errors)
+        return there, 0.0 if at is None else at.delay
+
+    def _realised(self, errors: Array) -> tuple[FrfTarget, State | None]:
+        """The same, and its state; None where nothing is uncertain."""
         if self.nuisances is None:
-            return self, 0.0
-        at = state(self.nuisances, errors)
-        there = self.in_state(at)
+            return self, None
+        there, at = self._latest.of(errors, self._in_state_of)
         if self.simulated is not None:
             simulator, simulated = self._simulator.off(self.simulated, errors)
             there = replace(there, simulated=simulated, simulator=simulator)
-        return there, at.delay
+        return there, at
+
+    @cached_property
+    def _latest(self) -> LatestAt[tuple[FrfTarget, State]]:
+        """Predictions, slopes and blocks are asked for in turn at the same errors."""
+        return LatestAt()
+
+    def _in_state_of(self, errors: Array) -> tuple[FrfTarget, State]:
+        assert self.nuisances is not None
+        at = state(self.nuisances, errors)
+        return self.in_state(at), at
 
     def in_state(self, at: State) -> FrfTarget:
         """With the model, sensors and impacts of a state, but for its delay."""
@@ -196,7 +210,9 @@ class FrfTarget:
             return []
         size = len(self.system.parameters)
         own, errors = values[:size], values[size:]
-        at, (there, delay) = state(self.nuisances, errors), self.realised(errors)
+        there, at = self._realised(errors)
+        assert at is not None
+        delay = at.delay
         s, power, matrices = there.s_at(own), POWER[self.data.quantity], there.system.matrices(own)
         end: TruncationCorrection | Response | float | None = there.end_at(own)
         if self.system.compliances is not None:
@@ -257,6 +273,9 @@ class FrfTarget:
         power = POWER[self.data.quantity]
         if self.system.compliances is not None:
             flat = values.reshape(-1, values.shape[-1])
+            if len(flat) == 1 and self.system.mass.ndim == 2:
+                h = self.response(flat[0]).h()
+                return h.reshape(*values.shape[:-1], *h.shape)
             # A population may be as heavy as each of its members is (`System.with_more`).
             matrices = zip(*self.system.bare(flat), strict=True)
             h = np.array([self._response(*one).h() for one in zip(flat, matrices, strict=True)])
@@ -265,7 +284,12 @@ class FrfTarget:
 
     def response(self, values: Array) -> Response:
         """The model's response at values (parameters,), whose springs are given by compliance."""
-        return self._response(values, self.system.bare(values))
+        return self._responses.of(values, lambda own: self._response(own, self.system.bare(own)))
+
+    @cached_property
+    def _responses(self) -> LatestAt[Response]:
+        """Slopes by parameters and by nuisances are asked for in turn at the same values."""
+        return LatestAt()
 
     def _response(self, values: Array, matrices: tuple[Array, Array, Array]) -> Response:
         springs, s, record = self.system.compliances, self.s_at(values), self.end_at(values)
@@ -312,7 +336,7 @@ class FrfTarget:
     @cached_property
     def _simulator(self) -> ImpactSimulator:
         """The simulator that it shares, or one of its own."""
-        return self.simulator or _simulator([self])
+        return self.simulator or together([self])
 
     def s_at(self, values: Array) -> Complex:
         """(lines,) or (..., lines): where the model is evaluated; elsewhere than stated where an effect
@@ -329,7 +353,7 @@ class FrfTarget:
 
     def _ends(self, values: Array) -> Array | None:
         """The same (...) at each of some values (..., parameters)."""
-        if self.record is None or np.any(self.system.terms["hysteretic"]):
+        if self.record is None or self.system.is_hysteretic:
             return None
         return np.asarray(self.record - values @ self._shortening)
 
@@ -368,20 +392,10 @@ class FrfTarget:
         if self._errs(values):
             return self._gradient_with_errors(values, free)
         s, decay = self.s_at(values), self.decay[free]
-        matrices, at = self.system.matrices(values), (s, self.out, self.force, POWER[self.data.quantity])
         if self.system.compliances is not None:
             h, gradient = self._compliant_gradient(values, free)
-        elif self.simulated is None:
-            record = self.end_at(values)
-            factors = self.system.factors
-            end = None if record is None else end_of_record(matrices, factors, s, self.force, record, free)
-            h, gradient = gradient_with(end, matrices, factors, *at, free)
-            if end is not None and np.any(self._shortening[free]):
-                shortened = end.shortened(matrices, s, self.out, at[-1])
-                gradient = gradient + shortened[..., None] * self._shortening[free]
         else:
-            impacted = self._simulator.impacted(self.simulated, values, s, free)
-            h, gradient = gradient_with(impacted, matrices, self.system.factors, *at, free)
+            h, gradient = self._linear_gradient(values, s, free)
         if np.any(decay):
             gradient = gradient + self._slope(values)[..., None] * decay
         place = np.full(len(values), -1)
@@ -398,6 +412,21 @@ class FrfTarget:
         outputs = len(self.data.outputs)
         turned = self._at_once(np.swapaxes(gradient[:, :outputs], 2, 3))
         return self._at_once(h[:, :outputs]), np.swapaxes(turned, 2, 3)
+
+    def _linear_gradient(self, values: Array, s: Complex, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
+        """`gradient` of the model itself, about the motion that is simulated where it is not linear."""
+        matrices, factors = self.system.matrices(values), self.system.factors
+        at = (s, self.out, self.force, POWER[self.data.quantity])
+        if self.simulated is not None:
+            impacted = self._simulator.impacted(self.simulated, values, s, free)
+            return gradient_with(impacted, matrices, factors, *at, free)
+        record = self.end_at(values)
+        end = None if record is None else end_of_record(matrices, factors, s, self.force, record, free)
+        h, gradient = gradient_with(end, matrices, factors, *at, free)
+        if end is not None and np.any(self._shortening[free]):
+            shortened = end.shortened(matrices, s, self.out, at[-1])
+            gradient = gradient + shortened[..., None] * self._shortening[free]
+        return h, gradient
 
     def _gradient_with_errors(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """`gradient` where values of nuisances follow those of the parameters."""
@@ -461,36 +490,9 @@ class FrfTarget:
         return [slice(n * candidates // count, (n + 1) * candidates // count) for n in range(count)]
 
 
-def _simulator(targets: Sequence[FrfTarget]) -> ImpactSimulator:
+def together(targets: Sequence[FrfTarget]) -> ImpactSimulator:
     """Simulates the impacts on nonlinear systems of some targets together."""
     return ImpactSimulator(
         [one.simulated for one in targets if one.simulated is not None],
-        [
-            one.impact_with_errors
-            for one in targets
-            if one.simulated is not None and one.nuisances is not None
-        ],
+        [of.impact_with_errors for of in targets if of.simulated is not None and of.nuisances is not None],
     )
-
-
-@dataclass(frozen=True)
-class Targets:
-    """All data that a cost compares; the impacts on nonlinear systems are simulated together.
-
-    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
-    """
-
-    frf: tuple[FrfTarget, ...] = ()
-    modal: tuple[ModalTarget, ...] = ()
-    nuisances: tuple[int, ...] = ()
-
-    @property
-    def simulated(self) -> bool:
-        """Whether impacts of any of them are simulated."""
-        return any(target.simulated is not None for target in self.frf)
-
-    def __post_init__(self) -> None:
-        if self.simulated:
-            simulator = _simulator(self.frf)
-            together = tuple(replace(target, simulator=simulator) for target in self.frf)
-            object.__setattr__(self, "frf", together)

@@ -209,7 +209,8 @@ def state(placed: Placed, values: Array) -> State:
 
 def read(ends: Ends, motion: Array, shift: Array, sensors: Array, gain: Array) -> Array:
     """(outputs, n): what channels read of points with motion (P, 6, n) beside which they are (P, 3)."""
-    moved = motion[:, :3] + np.cross(motion[:, 3:], shift[:, :, None], axis=1)
+    turning, beside = motion[:, 3:].swapaxes(1, 2), shift[:, None]
+    moved = motion[:, :3] + cross(turning, beside).swapaxes(1, 2)
     axes = np.concatenate([sensors @ moved, sensors @ motion[:, 3:]], axis=1)
     return np.asarray(gain[:, None] * axes[ends.point, ends.axis])
 

@@ -15,7 +15,7 @@ from identify.model.modes import complex_modes
 from identify.vibration.costs.base import COSTS, parse_cost
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.modal_target import ModalTarget
-from identify.vibration.costs.target import Targets
+from identify.vibration.costs.targets import Targets
 from tests.arms import initial
 from tests.targets import targets
 
