@@ -54,7 +54,7 @@ class FittedMotion:
         """The gap on the records that judge; inf where the motion runs away."""
         return float(judging(self.problem).costs_of(self._judged)[0])
 
-    @property
+    @cached_property
     def residuals(self) -> list[Array]:
         """Residuals over noise on the records that judge, (samples, joints) each, NaN where nothing was
         measured.

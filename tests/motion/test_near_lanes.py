@@ -93,8 +93,8 @@ def test_a_motion_that_runs_away_takes_those_beside_it_along(tmp_path: Path) -> 
 
 @pytest.fixture
 def rocking(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FittedMotion:
-    """An arm of two links on a base that rocks, of which its study says nothing, moving for a second."""
-    monkeypatch.setattr(hidden_motion, "DURATION_S", 1.2)
+    """An arm of two links on a base that rocks, of which its study says nothing, moving for 1.7 s."""
+    monkeypatch.setattr(hidden_motion, "DURATION_S", 1.7)
     monkeypatch.setattr(hidden_motion, "PARTS", 4)
     rng = np.random.default_rng(90562)
     case = hidden_motion.drawn(rng, "compliance of the base", False)
