@@ -14,7 +14,7 @@ from identify.core.correlated import log_likelihood_gain
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
-from identify.motion.plan import fitted_records
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
@@ -31,16 +31,18 @@ class FittedMotion:
     problem: MotionProblem
     fit: Fit
     added: tuple[MotionCandidate, ...] = ()
+    fitted: TrajectoryObjective | None = None
+    """What was minimised, which remembers the last motions."""
 
     @property
     def free(self) -> int:
         """Number of free parameters."""
         return free_parameters(self.problem)
 
-    @property
+    @cached_property
     def objective(self) -> TrajectoryObjective:
         """That of the fit."""
-        return TrajectoryObjective(self.problem, fitted_records(self.problem), self.problem.file.study.noise)
+        return self.fitted or fitted_objective(self.problem)
 
     @cached_property
     def seen(self) -> tuple[Array, Array]:
@@ -88,11 +90,6 @@ def judging(problem: MotionProblem) -> TrajectoryObjective:
     """The objective of the records for validation; of all where none is."""
     records = [record for record in problem.records if record.settings.use == "validate"] or problem.records
     return TrajectoryObjective(problem, records, problem.file.study.noise)
-
-
-def judge(problem: MotionProblem, values: Array) -> float:
-    """The gap on the records that judge."""
-    return float(judging(problem).costs(values[None])[0])
 
 
 def _log_odds(before: Array, after: Array) -> float:

@@ -4,6 +4,7 @@ what optimizers minimise.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
@@ -49,7 +50,8 @@ class TrajectoryObjective(Objective):
         self.problem = problem
         self.noise = {quantity: np.asarray(value, dtype=float) for quantity, value in noise.items()}
         """By quantity, () or (joints,)."""
-        self._seen: tuple[Array, Index, Array] | None = None
+        self._seen = deque[tuple[Array, Index, Array]](maxlen=2)
+        """Of the last two: values, what is free, and residuals there and a step along each."""
         self._wanted: Index | None = None
         self.records = [r for r in records if any(q in r.recorded for q in noise)]
         if not self.records:
@@ -68,8 +70,9 @@ class TrajectoryObjective(Objective):
         computed, and those that will be asked for next, if a step to it is taken, are computed along with it.
         """
         if len(candidates) == 1 and self.problem.file.study.encoder_counts is None:
-            if self._seen is not None and np.array_equal(self._seen[0], candidates[0]):
-                return _rms(self._seen[2][:1])
+            known = next((rows for at, _, rows in self._seen if _same(at, candidates[0])), None)
+            if known is not None:
+                return _rms(known[:1])
             wanted, self._wanted = self._wanted, None  # a step that is not taken asks for none
             if wanted is not None and (len(wanted) + 1) * len(self.records) <= _TOGETHER:
                 return _rms(self._beside(candidates[0], wanted)[:1])
@@ -98,12 +101,13 @@ class TrajectoryObjective(Objective):
         """Residuals over noise (free + 1, count) at values (parameters,) and a step along each of the free,
         with continuous encoders.
         """
-        if self._seen is not None and all(map(np.array_equal, self._seen, (values, free))):
-            return self._seen[2]
+        for at, moved_there, rows in self._seen:
+            if _same(at, values) and np.array_equal(moved_there, free):
+                return rows
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += self._steps(values, free)
         found = self.near_rows(moved)
-        self._seen = values.copy(), free.copy(), found
+        self._seen.append((values.copy(), free.copy(), found))
         return found
 
     def smooth(self, values: Array) -> Array:
@@ -189,6 +193,11 @@ class TrajectoryObjective(Objective):
 
     def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in record.recorded.items() if quantity in self.noise]
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether values are the same but for the rounding of a logarithmic scale."""
+    return bool(np.allclose(one, other, rtol=1e-12, atol=0.0))
 
 
 def _rms(rows: Array) -> Array:

@@ -17,7 +17,7 @@ from identify.fitting.fit import Fit, Progress
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.workbench import Option, Story
 from identify.motion.changed import with_effects, with_numbers
-from identify.motion.judging import FittedMotion, judge
+from identify.motion.judging import FittedMotion, judging
 from identify.motion.missing import screen
 from identify.motion.missing.bench import MissingBench
 from identify.motion.missing.catalogue import Kind
@@ -164,7 +164,7 @@ def test_a_tracker_counts_from_a_place_of_its_own(tmp_path: Path) -> None:
     moved = [
         replace(r, tool=r.tool + np.array([0.3, -2.0, 0.01])) for r in problem.records if r.tool is not None
     ]
-    gaps = [judge(p, p.initial) for p in (problem, replace(problem, records=tuple(moved)))]
+    gaps = [judging(p).costs(p.initial[None])[0] for p in (problem, replace(problem, records=tuple(moved)))]
     assert gaps[0] == pytest.approx(gaps[1], rel=1e-6)
     assert gaps[0] < 1.2
 

@@ -23,26 +23,25 @@ from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.screen import Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
-from identify.motion.plan import fitted_records, motion_plan
+from identify.motion.plan import fitted_objective, motion_plan
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
-from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED, _PART, _ENDED = 3, 0.1, 2
+_TRIED, _PART = 3, 0.1
 """Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
-is promised is to first order, and far from the truth; how many of them are fitted to their end.
+is promised is to first order, and far from the truth.
 """
+_ENDED, _CLOSE = 2, 0.5
+"""How many of them are fitted to their end, and what part of the best one's fall of ln gap they then have."""
 _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
 cannot take a hundredth off the gap; into how many parts a step is divided to know it.
 """
 _SURE = 20 * CONVINCING
 """Log odds by the curvature at a fit above which an effect stays, whatever all others would make up for."""
-_AGAIN = 3
-"""Times that the error of the step is computed anew for a model that was fitted without the last one."""
-_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
+_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-3})
 _REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
 _BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
@@ -76,17 +75,15 @@ class MissingBench(MotionWorkbench):
 
     def settled(self, model: FittedMotion) -> FittedMotion:
         """The model beside records less the error of its step, where that is not small beside its gap."""
-        for _ in range(_AGAIN):
-            if self._steps is None and _step_share(model) <= _STEP_SHARE:
-                break
-            steps, at = self._measured(model), model.problem.step_s
-            before = None if self._steps is None else self._steps.error(at)
-            if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
-                break
-            self._steps = steps
-            self._fitted.clear()
-            model = self._with(model, model.added)
-        return model
+        if self._steps is None and _step_share(model) <= _STEP_SHARE:
+            return model
+        steps, at = self._measured(model), model.problem.step_s
+        before = None if self._steps is None else self._steps.error(at)
+        if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
+            return model
+        self._steps = steps
+        self._fitted.clear()
+        return self._with(model, model.added)
 
     def _measured(self, model: FittedMotion) -> LongSteps:
         """The error of steps at a model."""
@@ -139,9 +136,11 @@ class MissingBench(MotionWorkbench):
             effects = (*model.added, promise.effect)
             found.append((promise, self._fit(self._problem(effects, model), effects, _BRIEF)))
         found.sort(key=lambda pair: pair[1].fit.cost)
-        ends = [(one, self._to_its_end(model, after, one.effect)) for one, after in found[:_ENDED]]
+        falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
+        close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])
+        ends = [(one, self._to_its_end(model, after, one.effect)) for one, after in found[:close]]
         groups = []
-        for promise, after in [*ends, *found[_ENDED:]]:
+        for promise, after in [*ends, *found[close:]]:
             others = [one.effect for one in promised if one is not promise and one.same(promise)]
             groups += [[Attempt(one, after, after.free - model.free)] for one in (after.added[-1], *others)]
         return groups
@@ -213,26 +212,27 @@ class MissingBench(MotionWorkbench):
             found = replace(found, first=replace(found.first, problem=begun))
         step = min(problem.step_s, self._fine.step_s, *([] if self._steps is None else [self._steps.step_s]))
         fine = resolved(replace(problem, step_s=step))
-        if fine.step_s == problem.step_s or not any(p.free for p in fine.parameters):
+        if not free_parameters(fine):
+            return replace(found, problem=fine, fit=_unfitted(fine, ()).fit, objective=None)
+        if fine.step_s == problem.step_s:
             return replace(found, problem=fine)
         names = [parameter.name for parameter in problem.parameters]
         begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
-        return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))
+        objective = fitted_objective(begun)
+        last = fit(motion_plan(begun, [_LAST], 1, objective), self.progress)
+        return replace(found, problem=begun, fit=last, objective=objective)
 
 
 def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
     """A problem of which nothing is to be fitted, at its start values."""
-    values, noise = problem.initial, problem.file.study.noise
-    cost = float(TrajectoryObjective(problem, fitted_records(problem), noise).costs(values[None])[0])
+    values = problem.initial
+    cost = float(fitted_objective(problem).costs(values[None])[0])
     start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
     return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0), effects)
 
 
 def _step_share(model: FittedMotion) -> float:
     """RMS of what half the step changes, times two (Richardson), over the gap."""
-    problem, noise = model.problem, model.problem.file.study.noise
-    rows = [
-        TrajectoryObjective(one, fitted_records(problem), noise).smooth(model.fit.values)
-        for one in (problem, problem.halved)
-    ]
+    pair = model.problem, model.problem.halved
+    rows = [fitted_objective(one).smooth(model.fit.values) for one in pair]
     return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))

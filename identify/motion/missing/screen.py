@@ -18,7 +18,7 @@ from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, kinds
 from identify.motion.missing.springs import SpringKind, rigid
-from identify.motion.plan import fitted_records
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
@@ -121,10 +121,6 @@ def independent(objective: TrajectoryObjective, row: Array) -> float:
     return total
 
 
-def _objective(problem: MotionProblem) -> TrajectoryObjective:
-    return TrajectoryObjective(problem, fitted_records(problem), problem.file.study.noise)
-
-
 def _numbers(model: FittedMotion) -> list[Place]:
     """All kinds of numbers at all joints, by a simulation for each with that number off."""
     problem, values = model.problem, model.fit.values
@@ -172,7 +168,7 @@ def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
         return []
     [other] = {"root", "tanh"} - {problem.file.study.friction.smoothing}
     law = problem.with_smoothing(cast(Smoothing, other))
-    left = sight.beyond(_objective(law).near_rows(model.fit.values[None]).T)
+    left = sight.beyond(fitted_objective(law).near_rows(model.fit.values[None]).T)
     odds = sight.log_odds(float(np.sum(left**2)), 0, 1)
     effect = MotionCandidate(name=LAWS[other], smoothing=other)
     return [Promise(None, (), effect, odds, {})] if odds > 0 else []
@@ -182,8 +178,7 @@ def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
     """(count, n): the residuals of lanes (n + 1, ...) less those of the first, over the steps (n,); zero
     where the motion ran away.
     """
-    objective = _objective(problem)
-    rows = objective.near_rows(moved)
+    rows = fitted_objective(problem).near_rows(moved)
     slopes = ((rows[1:] - rows[0]) / steps[:, None]).T
     return np.asarray(np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
 
