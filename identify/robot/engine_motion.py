@@ -73,12 +73,6 @@ class MovingArm:
             self.model.body_mass[:], self.model.body_inertia[:] = mass, inertia
             mujoco.mj_setConst(self.model, mujoco.MjData(self.model))
 
-    def tangent(self, more: Array, others: Index) -> Tangent:
-        """The arm, its bodies heavier by shares (joints,), to first order; others: joints (from 0) whose
-        bodies may be heavier beyond that.
-        """
-        return Tangent(self, more, others)
-
     def mass_matrix(self, position: Array) -> Array:
         """M (n, n) at coordinates (n,), without rotors."""
         self._data.qpos[:] = position
@@ -169,7 +163,9 @@ class MovingArm:
 
 
 class Tangent:
-    """Equations of motion of an arm to first order; heavier: joints (from 0) whose bodies may be heavier."""
+    """Equations of motion of an arm, its bodies heavier by shares more (joints,), to first order; heavier:
+    joints (from 0) whose bodies may be heavier beyond that.
+    """
 
     def __init__(self, arm: MovingArm, more: Array, heavier: Index) -> None:
         self._drive, self.heavier = arm.drive, heavier

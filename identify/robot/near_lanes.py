@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.robot.engine_motion import Lanes, MovingArm, Passive
+from identify.robot.engine_motion import Lanes, MovingArm, Passive, Tangent
 
 _EVERY_S = 4e-3
 """Time between two linearisations, s: an arm turns by a quarter of a degree at 1 rad/s."""
@@ -34,7 +34,7 @@ class NearLanes(Lanes):
         self._passive, self._leading = passive, leading
         self.position, self.velocity = position.copy(), np.zeros_like(position)
         self.force = np.zeros_like(position)
-        self._tangent = arm.tangent(more[0], np.flatnonzero((more != more[0]).any(axis=0)))
+        self._tangent = Tangent(arm, more[0], np.flatnonzero((more != more[0]).any(axis=0)))
         self._heavier = self._by_leader((more - more[0])[:, self._tangent.heavier])
         self._own = _different(arm, passive)
         self._unit = np.eye(len(self._own))

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
@@ -53,7 +52,8 @@ class MissingBench(MotionWorkbench):
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         super().__init__(coarse(problem), progress)
-        self._fine, self._steps = problem, cast(LongSteps | None, None)
+        self._fine = problem
+        self._steps: LongSteps | None = None
         self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
         self._starts: dict[str, float] = {}
         self._known: dict[str, tuple[Kind | SpringKind | None, tuple[int, ...]]] = {}
@@ -154,10 +154,11 @@ class MissingBench(MotionWorkbench):
     def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
         """An effect of a model at those of its places where the fit needs it."""
         kind, places = self._known[effect.name]
-        kept = needed(model, kind, places) if kind is not None and len(places) > 1 else []
+        if kind is None or len(places) < 2:
+            return effect
+        kept = needed(model, kind, places)
         if not 0 < len(kept) < len(places):
             return effect
-        assert kind is not None
         leaner = effect_of(kind, kept)
         self._known[leaner.name] = kind, tuple(kept)
         return leaner
