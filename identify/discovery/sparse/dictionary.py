@@ -70,14 +70,17 @@ class Beside:
         return cls(fit, x, product, each_set(partial(_about, unknowns=unknowns, x=x), fit.targets))
 
     def projected(self, crossed: Array) -> tuple[Array, Array]:
-        """Of changes with J'd (f, k), and after them of the residual: J'[d r] of what is in the model, and
-        the same times the inverse of its information, both (held, k + 1).
+        """Of changes with J'd (f, k), and after them of the residual and the pull of priors: J'[d r] of what
+        is in the model, and the same times the inverse of its information, both (held, k + 1).
+
+        Errors that are far out leave no residual of what they make up for: they come back where they can.
         """
-        held = np.flatnonzero(self.fit.present(self.x))
+        held, unknowns = np.flatnonzero(self.fit.present(self.x)), self.fit.unknowns
         scale = max(self.product[-1, -1] / self.fit.count, 1.0)
-        information = self.product[np.ix_(held, held)]
-        information = information + scale * np.diag(self.fit.unknowns.precision[held])
-        own = np.column_stack([crossed[held], self.product[held, -1]])
+        prior = scale * unknowns.precision[held]
+        information = self.product[np.ix_(held, held)] + np.diag(prior)
+        pull = self.product[held, -1] + prior * (self.x - unknowns.reference)[held]
+        own = np.column_stack([crossed[held], pull])
         return own, solved(information, own)
 
     def gain(self, fall: float) -> float:

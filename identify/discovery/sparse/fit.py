@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,7 +32,8 @@ _MORE = 12
 class Found:
     """A dense fit: the study's problem, the unknowns of that with all effects, where it ended, its gap,
     objective, and that without the prices of amplitudes; effects: what it has beyond the study; product (f +
-    1, f + 1): [J r]'[J r] there; until: when steps end, s of the monotonic clock.
+    1, f + 1): [J r]'[J r] there; until: when steps end, s of the monotonic clock; usual: whether bearings
+    began as stiff as they usually are, or rigid.
     """
 
     study: Problem
@@ -45,6 +46,7 @@ class Found:
     product: Array
     until: float = np.inf
     ended: bool = False
+    usual: bool = False
 
     @property
     def late(self) -> bool:
@@ -68,7 +70,8 @@ class Found:
         error = self.unknowns.nuisances
         known = self.product[:-1, :-1][np.ix_(error, error)] / max(self.gap, 1.0) ** 2
         volume = np.linalg.slogdet(known + np.eye(len(known)))[1]
-        return float(-self.unpriced - 0.5 * volume - price(self.unknowns.count) * np.sum(~error))
+        priced = price(self.unknowns.count) * self.unknowns.counts[~error].sum()
+        return float(-self.unpriced - 0.5 * volume - priced)
 
     @property
     def values(self) -> dict[str, float]:
@@ -98,7 +101,7 @@ def dense_fit(
         x = _led(unknowns, x, until, robust=first)
         if share < 1:
             x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS, until).x
-    return _settled(problem, effects, x, Penalised(unknowns), STEPS, until)
+    return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until), usual=usual)
 
 
 def _settled(
@@ -110,6 +113,10 @@ def _settled(
     gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
     unpriced = Penalised(fit.unknowns, price=0.0).value(squares, x, local)
     return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until, ended)
+
+
+def _onwards(found: Found, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int) -> Found:
+    return replace(_settled(found.study, effects, x, fit, steps, found.until), usual=found.usual)
 
 
 def _start(unknowns: Unknowns, *, usual: bool) -> Array:
@@ -135,25 +142,25 @@ def gone_on(
 ) -> Found:
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = begun(found, effects, values)
-    return _settled(found.study, effects, x, Penalised(unknowns), steps, found.until)
+    return _onwards(found, effects, x, Penalised(unknowns), steps)
 
 
 def settled(found: Found, steps: int = _MORE) -> Found:
     """The fit gone on as it is, if it has not ended."""
     if found.ended:
         return found
-    return _settled(found.study, found.effects, found.x, Penalised(found.unknowns), steps, found.until)
+    return _onwards(found, found.effects, found.x, Penalised(found.unknowns), steps)
 
 
 def afresh(found: Found) -> Found:
-    """The fit from usual bearings, rigid links and no errors again, with all else as it was found: a fit that
-    compensated for something else than it has now is in a valley of its own.
+    """The fit from bearings as it began, rigid links and no errors again, with all else as it was found: a
+    fit that compensated for something else than it has now is in a valley of its own.
     """
     unknowns = found.unknowns
     again = unknowns.springs | unknowns.nuisances | unknowns.times
-    x = _usual(unknowns, np.where(again, unknowns.reference, found.x))
-    x = _led(unknowns, x, found.until)
-    return _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until)
+    rigid = np.where(again, unknowns.reference, found.x)
+    x = _led(unknowns, _usual(unknowns, rigid) if found.usual else rigid, found.until)
+    return _onwards(found, found.effects, x, Penalised(unknowns), STEPS)
 
 
 def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:
@@ -182,7 +189,7 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
     effects = tuple(of_units(found, units))
     # Priors stay where they were: what was found is where it starts, not their centre.
     unknowns, x = begun(found, effects, {})
-    return _settled(found.study, effects, x, Penalised(unknowns, price=0.0), STEPS, found.until)
+    return _onwards(found, effects, x, Penalised(unknowns, price=0.0), STEPS)
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:

@@ -72,8 +72,8 @@ class Penalised:
         cost = FrfLeastSquares(residual="log" if logarithmic else "complex")
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
         self.count = unknowns.count
-        springs = unknowns.springs
-        self.groups = [unit for unit in unknowns.units if unit.priced and not springs[unit.amplitudes].all()]
+        alone = unknowns.alone
+        self.groups = [unit for unit in unknowns.units if unit.priced and not alone[unit.amplitudes].all()]
 
     def squares(self, x: Array) -> float:
         """Sum of squared residuals."""
@@ -107,7 +107,7 @@ class Penalised:
         of_springs = np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap
         of_groups = np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups])
         return Local(
-            product, gap, np.where(self.unknowns.springs, weights(of_springs), 0.0), weights(of_groups)
+            product, gap, np.where(self.unknowns.alone, weights(of_springs), 0.0), weights(of_groups)
         )
 
     def value(self, squares: float, x: Array, local: Local) -> float:

@@ -106,7 +106,21 @@ def _with_links_as_told(
     elif _open(fits):
         fits = _further(fits[0], story, 1)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
-    return [pruned(one, story.say, unseen) for one in fits if one.gap < _FAR or story.late]
+    models = [(one, pruned(one, story.say, unseen)) for one in fits if one.gap < _FAR or story.late]
+    again = [one for one, model in models if _may_stand_for_others(one, model, structure)]
+    for one in again:
+        if not story.late:
+            fit = afresh(one)
+            models.append((fit, pruned(fit, story.say, unseen)))
+    return [model for _, model in models]
+
+
+def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
+    """Whether more stayed than what entered: it may have given way only to stand for that, before it was
+    there.
+    """
+    entered = sum(one not in structure for one in found.effects)
+    return model.closed and 0 < entered < len(model.evidence)
 
 
 def _others(
@@ -182,8 +196,7 @@ def _one_further(
     believed: whether its errors are; shares: as `_tried` has them.
     """
     story.doing("scoring what else may be missing")
-    # What fits the data by errors that are far out can only be what those are errors of.
-    trials = _linear(found) if found.gap < CLOSED else _trials(found)
+    trials = _trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
     worth = _worth(found, likely, each_costs)
     if not worth:
@@ -194,9 +207,9 @@ def _one_further(
     fitted = _tried(found, worth, stated, each_costs, shares)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    if not believed:
+    if not believed and not (best.gap < CLOSED and believable(best.problem, best.values)):
         best = min([best, afresh(best)], key=_objective)
-    if found.unpriced - best.unpriced < each_costs * max(len(best.x) - len(found.x), PAYS):
+    if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
@@ -205,7 +218,7 @@ def _one_further(
 
 def _costs(found: Found, each_costs: float) -> float:
     """Less is likelier."""
-    return found.unpriced + each_costs * len(found.x) - _before(found)
+    return found.unpriced + each_costs * found.unknowns.size - _before(found)
 
 
 def _before(found: Found) -> float:
@@ -442,7 +455,7 @@ def _coupled(found: Found) -> Iterator[Trial]:
     for one, turned in pairs:
         own = [unit for unit in local.units if unit.effect == turned]
         effects = exchanged(found.effects, [(one, turned)])
-        yield Trial(local.gain(own), effects, {}, 4 * len(turned.pairs))
+        yield Trial(local.gain(own), effects, {}, 2 * len(turned.pairs))
 
 
 def _uncoupled(found: Found) -> Iterator[Springs]:

@@ -14,7 +14,7 @@ import numpy as np
 from identify.core.arrays import Array, Index, Mask
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
-from identify.model.effects.coupling import first_of
+from identify.model.effects.coupling import SHARE, first_of, is_between
 from identify.model.effects.measurement import MeasurementEffect
 from identify.vibration.problem import Problem
 
@@ -88,6 +88,28 @@ class Unknowns:
     def nuisances(self) -> Mask:
         """Nuisance parameters, in their standard deviations."""
         return np.array([self.problem.parameters[n].nuisance for n in self.free], dtype=bool)
+
+    @cached_property
+    def counts(self) -> Array:
+        """(f,): how many parameters each counts as when it is priced."""
+        places = (name.rpartition(".")[0] for name in self.names)
+        return np.array([SHARE if is_between(place) else 1.0 for place in places])
+
+    @cached_property
+    def size(self) -> float:
+        """How many parameters all of them are."""
+        return float(self.counts.sum())
+
+    @cached_property
+    def alone(self) -> Mask:
+        """Compliances that are priced one by one; those of coupled springs are one thing, whose directions
+        stand for each other.
+        """
+        found = self.springs.copy()
+        for unit in self.units:
+            if np.any(self.counts[unit.amplitudes] < 1):
+                found[unit.amplitudes] = False
+        return found
 
     @cached_property
     def limits(self) -> tuple[Array, Array]:

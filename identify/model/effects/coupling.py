@@ -7,6 +7,7 @@ k_1, k_2 and a would not.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 
@@ -19,8 +20,11 @@ from identify.model.effects.site import Site
 
 PAIRS = (("rx", "ry"), ("tx", "ty"))
 """Axes that can be coupled."""
-BETWEEN = ("_plus_", "_minus_")
-"""In names of places halfway between two axes."""
+_BETWEEN_DEG = (22.5, 45.0, 67.5, 112.5, 135.0, 157.5)
+"""Directions from the first axis of a pair to the second and on: with the axes, every 22.5 degrees."""
+_BETWEEN = re.compile(r"_\d+_([rt]y)$")
+SHARE = 1 / len(_BETWEEN_DEG)
+"""What each of them counts as: all together are one more entry of a symmetric matrix."""
 _REACH = 100.0
 """How many times the start of both coupled springs (their geometric mean) the coupling reaches."""
 _UNLIKE, _DIRECTIONS = (10.0, 100.0), np.pi / 8 * np.arange(8)
@@ -55,26 +59,42 @@ def coupling_terms(
 def diagonals(
     site: Site, places: Sequence[tuple[str, str, Array]], pairs: Sequence[tuple[str, str]]
 ) -> Iterator[tuple[str, str, Array]]:
-    """Places halfway between the axes of pairs, such as joint3.rx_plus_ry and joint3.rx_minus_ry: compliances
-    of these and of the axes make up whatever lies anywhere in the plane, and none of them is below zero.
+    """Places between the axes of pairs, such as joint3.rx_45_ry at 45 degrees: of compliances in these
+    directions and along the axes, none of which is below zero, any two across each other can be made that
+    differ by a factor of up to 25, cot^2(11.25 degrees), and nearly so where they differ by more.
     """
     units = {name: unit for name, unit, _ in places}
     for body, (x, y) in product(dict.fromkeys(name.partition(".")[0] for name in units), pairs):
         along, across = (site.vector(f"{body}.{axis}") for axis in (x, y))
-        for between, sign in zip(BETWEEN, (1, -1), strict=True):
-            vector = (along + sign * across) / np.sqrt(2)
-            yield f"{body}.{x}{between}{y}", units[f"{body}.{x}"], np.outer(vector, vector)
+        for name, (c, s) in _directions(x, y).items():
+            vector = c * along + s * across
+            yield f"{body}.{name}", units[f"{body}.{x}"], np.outer(vector, vector)
+
+
+def _directions(x: str, y: str) -> dict[str, tuple[float, float]]:
+    """Cosine and sine of the directions between two axes, by name."""
+    return {f"{x}_{deg:.0f}_{y}": (np.cos(np.radians(deg)), np.sin(np.radians(deg))) for deg in _BETWEEN_DEG}
+
+
+def is_between(place: str) -> bool:
+    """Whether a place lies between two axes."""
+    return bool(_BETWEEN.search(place))
 
 
 def first_of(place: str) -> str:
-    """joint3.rx of joint3.rx_plus_ry, and any other place itself."""
-    return min((place.partition(between)[0] for between in BETWEEN), key=len)
+    """joint3.rx of joint3.rx_45_ry, and any other place itself."""
+    return _BETWEEN.sub("", place)
 
 
 def soft_axes(places: Iterable[str]) -> tuple[set[str], bool]:
     """The axes that places are along or between, and whether any is between."""
-    apart = [place.replace(BETWEEN[1], BETWEEN[0]).split(BETWEEN[0]) for place in places]
-    return {axis for one in apart for axis in one}, any(len(one) > 1 for one in apart)
+    found, coupled = set[str](), False
+    for place in places:
+        found.add(first_of(place))
+        if between := _BETWEEN.search(place):
+            found.add(between[1])
+            coupled = True
+    return found, coupled
 
 
 def from_diagonals(
@@ -85,9 +105,7 @@ def from_diagonals(
     """
     x, y = pair
     compliance, late = rigid * np.eye(2), np.zeros((2, 2))
-    half = np.sqrt(0.5)
-    names = (x, y, *(f"{x}{between}{y}" for between in BETWEEN))
-    for name, vector in zip(names, ([1, 0], [0, 1], [half, half], [half, -half]), strict=True):
+    for name, vector in {x: (1.0, 0.0), y: (0.0, 1.0), **_directions(x, y)}.items():
         own = values[f"{body}.{name}.compliance"] * np.outer(vector, vector)
         compliance, late = compliance + own, late + values[f"{body}.{name}.retardation_time"] * own
     stiffness = np.linalg.inv(compliance)

@@ -18,7 +18,7 @@ from identify.discovery.decimated import below, decimated
 from identify.discovery.records import timed
 from identify.discovery.sparse.dense import of_all, with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
-from identify.discovery.sparse.fit import Found, dense_fit, refitted
+from identify.discovery.sparse.fit import Found, afresh, dense_fit, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
 from identify.discovery.sparse.search import _others, explain
@@ -46,14 +46,18 @@ class Hammered:
         self._folder = folder
         self._read = dict[str, Problem]()
 
-    def of(self, case: str, seed: int, doubled: int = 0, nodes: Sequence[int] = NODES) -> Problem:
-        """The sensor at the point `doubled`, or with -1 all of them, read twice as much."""
-        name = self._name(case, seed, nodes)
+    def of(
+        self, case: str, seed: int, doubled: int = 0, nodes: Sequence[int] = NODES, extra: str = ""
+    ) -> Problem:
+        """The sensor at the point `doubled`, or with -1 all of them, read twice as much; extra: lines of the
+        study.
+        """
+        name = self._name(case, seed, nodes) + extra.replace(": ", "_")
         if name not in self._read:
             arm = MAKES["compact"](seed).at_points(list(nodes))
             spec = TestSpec(arm, seed=seed, averages=2, binary=True, oversampling=8)
             generate(replace(hide(spec, case), case="test"), self._folder / name)
-            config = config_of(self._folder / name, self._folder)
+            config = config_of(self._folder / name, self._folder, extra=extra)
             self._read[name] = decimated(timed(load_problem(read_study(config))))
         problem = self._read[name]
         return replace(problem, measurements=tuple(_read_twice(m, doubled) for m in problem.measurements))
@@ -198,11 +202,32 @@ def test_a_base_that_rocks_about_axes_of_its_own_is_coupled(hammered: Hammered) 
         [base] = explain(hammered.of("turned_rocking", 9)).named
     assert base.effect.sentence() == "compliance of the base (rx, ry, coupled)"
     hidden = hammered.truth("turned_rocking", 9)
-    turned = np.deg2rad(hidden["turned_deg"])
-    across = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
-    true = across @ np.diag(hidden["stiffness"]) @ across.T
     found = [base.values[f"base.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
-    assert found == pytest.approx([true[0, 0], true[1, 1], true[0, 1]], rel=0.05)
+    assert found == pytest.approx(_turned(hidden["stiffness"], hidden["turned_deg"]), rel=0.05)
+
+
+def _turned(stiffness: Sequence[float], turned_deg: float) -> list[float]:
+    """k_x, k_y and k_xy."""
+    turned = np.deg2rad(turned_deg)
+    across = np.array([[np.cos(turned), -np.sin(turned)], [np.sin(turned), np.cos(turned)]])
+    true = across @ np.diag(stiffness) @ across.T
+    return [true[0, 0], true[1, 1], true[0, 1]]
+
+
+def test_a_bearing_far_softer_in_one_direction_is_found_whatever_that_is(tmp_path: Path) -> None:
+    """Between the axes and halfway between these, where no two compliances of those four are the truth."""
+    spec = TestSpec(MAKES["compact"](5).at_points(NODES), seed=5, averages=2, binary=True, oversampling=8)
+    test = hide(spec, "turned_tilt_j2")
+    [effect] = test.effects
+    softest = min(effect.stiffness)
+    bearing = replace(effect, stiffness=(softest, 20 * softest), turned_deg=67.5)
+    generate(replace(test, effects=(bearing,), case="test"), tmp_path / "test")
+    config = config_of(tmp_path / "test", tmp_path)
+    with one_thread():
+        [named] = explain(decimated(timed(load_problem(read_study(config))))).named
+    assert named.effect.sentence() == "tilt compliance of joint 2 (rx, ry, coupled)"
+    found = [named.values[f"joint2.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
+    assert found == pytest.approx(_turned(bearing.stiffness, 67.5), rel=0.05)
 
 
 def test_a_strut_is_scored_along_any_direction(hammered: Hammered) -> None:
@@ -226,3 +251,28 @@ def test_the_first_steps_are_taken_where_rigid_bearings_hold_a_sensor_still(hamm
         number, step = fit.unknowns.names.index("base.rx.compliance"), 1e-15
         change = fit.squares(x + step * np.eye(len(x))[number]) - fit.squares(x)
         assert change == pytest.approx(2 * step * local.product[-1, number], rel=0.01)
+
+
+def test_what_errors_make_up_for_is_scored_by_how_far_out_they_are(hammered: Hammered) -> None:
+    """A rotor beside uncertain inertias leaves hardly a residual."""
+    problem = hammered.of("rotor_j3", 6, extra="uncertainty: careful")
+    with one_thread():
+        bearing = all_springs(problem, shrink=True)[2]
+        fit = dense_fit(problem, (bearing,), usual=False)
+        first, *_ = candidates(fit.problem, Beside.of(fit.unknowns, fit.x, fit.product))
+        with_it = dense_fit(problem, (bearing, first.effect), usual=False)
+    assert first.effect.sentence() == "rotor inertia of joint 3 behind the gear"
+    assert fit.gap < 1.15
+    assert first.gain > 0.3 * (fit.unpriced - with_it.unpriced) > 30
+
+
+def test_a_fit_that_was_led_astray_comes_back_afresh(hammered: Hammered) -> None:
+    """From rigid bearings and nominal values, as it began."""
+    with one_thread():
+        problem = hammered.of("rotor_j3", 6, extra="uncertainty: careful")
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)[1:3]), usual=False)
+        away = np.where(fit.unknowns.springs, fit.unknowns.limits[1] / 50, fit.x)
+        astray = replace(fit, x=np.where(fit.unknowns.nuisances, 2.0, away))
+        again = afresh(astray)
+    assert Penalised(fit.unknowns).squares(astray.x) > 1e3 * Penalised(fit.unknowns).squares(fit.x)
+    assert again.objective == pytest.approx(fit.objective, abs=2.0)

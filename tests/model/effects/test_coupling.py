@@ -8,10 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy
 
 from identify.core.arrays import Array
 from identify.core.parameters import Values
 from identify.model.effects.base import parse_effect
+from identify.model.effects.coupling import diagonals, first_of, from_diagonals, soft_axes
 from identify.model.effects.springs import Springs
 from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
@@ -20,6 +22,7 @@ from identify.robot.urdf import read_urdf
 from tests.arms import initial
 from tests.model.effects.pendulum import DRIVE
 
+TILT: dict[str, object] = {"kind": "joint-compliance", "axes": ["rx", "ry"]}
 SOFT, STIFF, ANGLE = 300.0, 9000.0, np.radians(33.0)
 _BODY = """<link name="{name}"><inertial><origin xyz="{at}" rpy="{rpy}"/><mass value="{mass}"/>
 <inertia ixx="0.21" iyy="0.34" izz="0.17" ixy="0" ixz="0" iyz="0"/></inertial></link>"""
@@ -61,13 +64,12 @@ def _turned(first: float, second: float) -> Array:
 
 
 def test_coupled_springs_are_springs_along_a_turned_frame(tmp_path: Path) -> None:
-    tilt: dict[str, object] = {"kind": "joint-compliance", "axes": ["rx", "ry"]}
     own = {"stiffness": {"initial": [STIFF, SOFT]}, "damping": {"initial": [7.0, 0.4]}}
-    turned = _modes(_upright(tmp_path, ANGLE), {**tilt, **own})
+    turned = _modes(_upright(tmp_path, ANGLE), {**TILT, **own})
     coupling = _turned(STIFF, SOFT), _turned(7.0, 0.4)
-    straight = _modes(_upright(tmp_path, 0.0), {**tilt, "coupled": True}, coupling)
+    straight = _modes(_upright(tmp_path, 0.0), {**TILT, "coupled": True}, coupling)
     assert straight == pytest.approx(turned, rel=1e-9)
-    assert _modes(_upright(tmp_path, 0.0), {**tilt, **own}) != pytest.approx(turned, rel=0.01)
+    assert _modes(_upright(tmp_path, 0.0), {**TILT, **own}) != pytest.approx(turned, rel=0.01)
 
 
 def test_without_coupling_it_is_the_same_model(tmp_path: Path) -> None:
@@ -127,3 +129,35 @@ def test_variants_go_from_uncoupled_to_coupled_and_back() -> None:
     assert parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rz"]}).variants() == []
     both = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx", "tz"]})
     assert len(both.variants()) == 2
+
+
+@pytest.mark.parametrize("angle_deg", [11.25, 22.5, 38.6, 100.0, 168.0])
+def test_directions_between_axes_make_up_springs_turned_anywhere(tmp_path: Path, angle_deg: float) -> None:
+    site = build_site(read_urdf(_upright(tmp_path, 0.0)), np.zeros(1), [parse_effect(TILT)])
+    axes = [site.vector(f"joint1.{axis}") for axis in ("rx", "ry")]
+    places = [
+        (f"joint1.{axis}", "N m/rad", np.outer(v, v)) for axis, v in zip(("rx", "ry"), axes, strict=True)
+    ]
+    between = list(diagonals(site, places, [("rx", "ry")]))
+    names = [name.removeprefix("joint1.") for name, _, _ in (*places, *between)]
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    turn = np.array([[c, -s], [s, c]])
+    wanted = turn @ np.diag([1 / SOFT, 0.04 / SOFT]) @ turn.T
+    plane = np.array(axes)
+    columns = [(plane @ matrix @ plane.T).ravel() for _, _, matrix in (*places, *between)]
+    own, left = scipy.optimize.nnls(np.array(columns).T, wanted.ravel())
+    assert left < 1e-12 / SOFT
+    late = {f"joint1.{name}.retardation_time": 0.01 for name in names}
+    made = late | {f"joint1.{name}.compliance": value for name, value in zip(names, own, strict=True)}
+    found = from_diagonals(made, "joint1", ("rx", "ry"), 0.0)
+    stiffness = np.linalg.inv(wanted)
+    told = [found[f"joint1.{one}.stiffness"] for one in ("rx", "ry", "rx_ry")]
+    assert told == pytest.approx([stiffness[0, 0], stiffness[1, 1], stiffness[0, 1]])
+    assert found["joint1.rx_ry.damping"] == pytest.approx(0.01 * stiffness[0, 1])
+
+
+def test_a_place_between_axes_belongs_to_both() -> None:
+    assert first_of("joint3.rx_45_ry") == "joint3.rx"
+    assert first_of("link2.bending_2") == "link2.bending_2"
+    assert soft_axes(["rx_112_ry", "tz"]) == ({"rx", "ry", "tz"}, True)
+    assert soft_axes(["rx", "ry"]) == ({"rx", "ry"}, False)
