@@ -24,6 +24,10 @@ SIGMAS_95_ONE_SIDED = 1.645
 """The same where a bound leaves one side only."""
 
 
+CLOSED = 1.1
+"""Gap below which nothing is looked for: a few averages give the noise to some 5 %."""
+
+
 QUIET = 1.15
 """Gap up to which a residual passes as noise."""
 

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.core.plugin import left_out_where_broken
-from identify.core.thresholds import QUIET
+from identify.core.thresholds import CLOSED, QUIET
 from identify.discovery.amplitude import level_gap, torque_gaps
-from identify.discovery.evidence import CLOSED, above_noise, closed
+from identify.discovery.evidence import above_noise, closed
 from identify.discovery.state import Added, State, convincing
 from identify.discovery.task import Task
 from identify.discovery.workers import Workers

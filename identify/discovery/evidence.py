@@ -15,16 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.parameters import Scale
+from identify.core.thresholds import CLOSED
 from identify.discovery.task import Trial
 from identify.fitting.selection.gain import Gain
 from identify.fitting.uncertainty import statuses
 from identify.vibration.problem import Problem, with_effects
 from identify.vibration.uncertainty import uncertainty
 
-CLOSED = 1.1
-"""Below this gap nothing is added unless data that were not fitted say more than their own noise level may be
-wrong by.
-"""
 _NOISE_OFF = 0.05
 """By how much a noise level may be wrong: coherence from a few averages states it to some 5 %."""
 

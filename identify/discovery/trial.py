@@ -22,9 +22,10 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.elsewhere import predictive_squares
 from identify.vibration.plan import FAR
 from identify.vibration.problem import Problem, with_effects
-from identify.vibration.uncertainty import fitted_information, predictive_squares
+from identify.vibration.uncertainty import fitted_information
 
 _REDUCED = 12
 """Steps of a fit to the channels that are kept beside those left out."""

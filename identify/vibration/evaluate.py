@@ -33,6 +33,7 @@ from identify.vibration.channel_faults import fault_notes
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.costs.targets import Targets
 from identify.vibration.directions import soft_directions
+from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.file_geometry import geometry_notes
 from identify.vibration.intervals import intervals
 from identify.vibration.link_ends import with_link_ends
@@ -42,7 +43,7 @@ from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
 from identify.vibration.record_notes import record_notes
-from identify.vibration.uncertainty import UNRELIABLE, covariance_root, gap, gap_elsewhere
+from identify.vibration.uncertainty import UNRELIABLE, covariance_root, gap
 
 _NAMED = 3
 """Open directions that a sentence names; more are for a table."""

@@ -46,9 +46,6 @@ _FAR_MORE, _LARGER = 2.0, 1.5
 """How many times as wide as noise makes them standard deviations must be, and how many times as large as
 stated all errors, for that to be said."""
 _TINY = float(np.finfo(float).tiny)
-_STEPS, _SETTLED = 8, 0.01
-"""Steps at most that a prediction takes to what new data ask for; share of their count that one more would
-take off, below which it has arrived."""
 
 
 def uncertainty(targets: Targets, scale: Scale, values: Array, *, disagreement: bool = True) -> Uncertainty:
@@ -209,57 +206,11 @@ def gap(targets: Targets, values: Array) -> float:
     return float(np.sqrt(np.mean(together) + errors / (2 * together.size)))
 
 
-def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> float:
-    """`gap` on data that were not fitted.
-
-    Where nuisance parameters are uncertain, how far these data are from what the fit predicts, in units
-    of that prediction's own uncertainty and noise together: sum r' (1 + J C J')^-1 r over the count, C the
-    covariance of all unknowns.
-    """
-    targets = problem.targets("validate")
-    if trusted.joint is None or not targets.frf or any(one.noise is None for one in targets.frf):
-        return gap(targets, values)
-    squares, count = predictive_squares(problem, trusted.joint.information, values)
-    return float(np.sqrt(squares / count))
-
-
 def fitted_information(problem: Problem, values: Array) -> Array:
     """(u, u): what fitted data and statements say of all free unknowns, on the search scale."""
     scale, targets = Scale(problem.parameters), problem.targets()
     known, _ = information(targets.frf, values, scale.free).on_scale(scale.slope(scale.to_x(values)))
     return np.asarray(known + np.diag(scale.prior_information()))
-
-
-def predictive_squares(problem: Problem, known: Array, values: Array) -> tuple[float, int]:
-    """That sum, and its count; known (u, u): information of the fit about all free unknowns, on the search
-    scale.
-
-    It is the least of r' r plus what it costs the fit to move its unknowns there.  Where the fit leaves a
-    combination of them wide open, FRFs are not linear over that width: a few Gauss-Newton steps are taken.
-    """
-    scale, targets = Scale(problem.parameters), problem.targets("validate").frf
-    lower, upper = scale.bounds()
-    start = scale.to_x(values)
-
-    def look(x: Array) -> tuple[float, float, Array, int]:
-        found = information(targets, scale.to_values(x), scale.free)
-        own, score = found.on_scale(scale.slope(x))
-        gradient = score + known @ (x - start)
-        step = np.asarray(np.linalg.solve(known + own, gradient), dtype=float)
-        squares = float(found.product[-1, -1] + (x - start) @ known @ (x - start))
-        return squares, squares - float(gradient @ step), step, found.count
-
-    x, (squares, foreseen, step, count) = start, look(start)
-    for _ in range(_STEPS):
-        if squares - foreseen < _SETTLED * count:
-            break
-        other = np.clip(x - step, lower, upper)
-        there = look(other)
-        if there[0] < squares:
-            x, (squares, foreseen, step, count) = other, there
-        else:
-            step = step / 4
-    return foreseen, count
 
 
 def covariance_root(problem: Problem, trusted: Uncertainty, values: Array) -> tuple[Index, Array]:

@@ -26,10 +26,11 @@ from threadpoolctl import threadpool_limits
 
 from identify.core.parameters import Scale
 from identify.fitting.fit import fit
+from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import gap, gap_elsewhere, uncertainty
+from identify.vibration.uncertainty import gap, uncertainty
 from tests.benchmarks.discovery_draw import DIRT
 from tests.benchmarks.discovery_nulls import remembered
 from tests.generator.dirt import soil

@@ -28,12 +28,13 @@ from identify.robot.description import Link, Robot
 from identify.robot.mesh_body import Wanted, made_bodies, shapes
 from identify.robot.plausible import masses
 from identify.robot.urdf import read_urdf
+from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.intervals import intervals
 from identify.vibration.nuisances.meshes import LIGHT
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import gap, gap_elsewhere
+from identify.vibration.uncertainty import gap
 from tests.benchmarks.descriptions import descriptions, read
 from tests.generator import arm as made
 from tests.generator.dirt import Dirt, soil

@@ -15,12 +15,11 @@ from identify.discovery.decimated import decimated, left_out
 from identify.discovery.task import Task
 from identify.discovery.trial import TrialRunner
 from identify.model.effects.base import parse_effect
+from identify.vibration.elsewhere import gap_elsewhere, predictive_squares
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import (
     fitted_information,
-    gap_elsewhere,
-    predictive_squares,
     uncertainty,
 )
 

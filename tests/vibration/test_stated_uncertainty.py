@@ -12,7 +12,7 @@ import pytest
 from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
-from identify.discovery.trial import likelihood, minimized
+from identify.discovery.trial import fitted, likelihood, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
@@ -23,17 +23,19 @@ from identify.model.nuisances.inertia import changed, moments
 from identify.reports.fit.tables import part_table, stated_table
 from identify.results.fit import FitResult
 from identify.robot.description import Link
+from identify.vibration import elsewhere
 from identify.vibration.check import run_checks
 from identify.vibration.costs import information as information_module
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.information import information
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.elsewhere import predictive_squares
 from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from identify.vibration.uncertainty import predictive_squares, uncertainty
+from identify.vibration.uncertainty import fitted_information, uncertainty
 from tests.generator.dirt import CAREFUL, Dirt, soil
 from tests.generator.generate import generate
 from tests.generator.linear import linearise
@@ -131,17 +133,38 @@ def test_a_prediction_goes_as_far_as_the_fit_leaves_it_open(careful: tuple[Path,
         replace(m, given=replace(m.given, settings=m.settings.model_copy(update={"use": "validate"})))
         for m in problem.measurements
     )
-    elsewhere = replace(problem, measurements=measurements)
+    problem = replace(problem, measurements=measurements)
     arm = careful[1].arm
     true = {f"joint{n}.rz.stiffness": k for n, k in enumerate(arm.stiffness, start=1)}
     true |= {f"joint{n}.rz.damping": c for n, c in enumerate(arm.damping, start=1)}
     values = problem.at({p.name: 1.03 * true.get(p.name, 0.0) for p in problem.parameters})
     known = np.eye(len(values))
     known[: problem.size, : problem.size] *= 1e-6
-    squares, count = predictive_squares(elsewhere, known, values)
+    squares, count = predictive_squares(problem, known, values)
     assert np.sqrt(squares / count) < 1.1
-    squares, _ = predictive_squares(elsewhere, 1e6 * known, values)
+    squares, _ = predictive_squares(problem, 1e6 * known, values)
     assert np.sqrt(squares / count) > 5
+
+
+def test_data_fitted_together_say_what_the_parabola_says_at_the_end_of_a_fit(
+    careful: tuple[Path, TestSpec],
+) -> None:
+    """And data that contradict the fit do so however they are taken."""
+    problem = load_problem(read_study(careful[0]))
+    fit, other = problem.measurements
+    use = other.settings.model_copy(update={"use": "validate"})
+    problem = replace(problem, measurements=(fit, replace(other, given=replace(other.given, settings=use))))
+    values, cost = fitted(problem, problem.initial, 30, 1e-9)
+    squares, count = predictive_squares(problem, fitted_information(problem, values), values)
+    assert cost < 1.1
+    assert squares / count < 1.1**2
+    assert elsewhere._together(problem, values, values) == pytest.approx(squares, rel=0.01)
+    assert isinstance(other.target, FrfTarget)
+    wrong = replace(other.target, data=replace(other.target.data, frf=2 * other.target.data.frf))
+    contradicted = replace(problem.measurements[1], target=wrong)
+    problem = replace(problem, measurements=(fit, contradicted))
+    squares, count = predictive_squares(problem, fitted_information(problem, values), values)
+    assert squares / count > 2
 
 
 def test_blocks_give_the_information_of_all_rows(everything: Problem) -> None:

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Index
-from identify.core.thresholds import CONVINCING, MATERIAL
-from identify.discovery.evidence import CLOSED
+from identify.core.thresholds import CLOSED, CONVINCING, MATERIAL
 from identify.discovery.sparse.evidence import inflation, solved, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect

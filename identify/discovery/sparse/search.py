@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.bounded import bounded_step
-from identify.discovery.evidence import CLOSED
+from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
