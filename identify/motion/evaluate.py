@@ -15,7 +15,7 @@ from identify.fitting.uncertainty import Uncertainty, at_bounds
 from identify.measured.quality_robot import robot_notes
 from identify.motion.closed_loop import closed_loops
 from identify.motion.glitches import glitches
-from identify.motion.judging import judge
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
@@ -60,8 +60,7 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     scale = Scale(problem.parameters)
     if not len(scale.free):
         return _result(problem, _records(problem, found.fit.values, motion, first), seconds, found, None)
-    fitted = [record for record in problem.records if record.settings.use == "fit"]
-    objective = TrajectoryObjective(problem, fitted, problem.file.study.noise)
+    objective = found.objective or fitted_objective(problem)
     seen = objective.residuals(found.fit.values, scale.free)
     trusted = trajectory_trust(objective, scale, found.fit.values, seen)
     step = step_error(objective, scale, found.fit.values, seen, trusted)
@@ -100,6 +99,7 @@ def _result(
     scale = Scale(problem.parameters)
     runs = sum(record.time_s[-1] for record in records.values())
     gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
+    judged = gaps[0] if np.isnan(gaps[1]) else gaps[1]
     frfs, without = closed_loops(problem.robot, [r.settings for r in problem.records], records)
     p = None
     if found is not None and trusted is not None:
@@ -108,7 +108,7 @@ def _result(
         key=file.sha256,
         name=study.name,
         seed=study.seed,
-        verdict=_verdict(problem, found, trusted, runs / seconds),
+        verdict=_verdict(problem, found, trusted, judged, runs / seconds),
         notes=(
             *robot_notes(problem.robot),
             *_notes(records),
@@ -143,6 +143,8 @@ def _result(
 
 
 def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
+    if found is not None and use == "fit":
+        return found.fit.cost
     records = [r for r in problem.records if r.settings.use == use and r.measured is not None]
     if not records or not problem.file.study.noise:
         return float("nan")
@@ -296,7 +298,11 @@ def _sentences(problem: MotionProblem) -> tuple[str, ...]:
 
 
 def _verdict(
-    problem: MotionProblem, found: MotionFit | None, trusted: Uncertainty | None, realtime: float
+    problem: MotionProblem,
+    found: MotionFit | None,
+    trusted: Uncertainty | None,
+    judged: float,
+    realtime: float,
 ) -> tuple[str, ...]:
     speed = (
         f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of"
@@ -305,10 +311,9 @@ def _verdict(
     if found is None:
         return (speed,)
     kept = [trial.name for trial in found.trials[1:] if trial.kept]
-    gaps = found.fit.cost, judge(problem, found.fit.values)
     first = (
-        f"The gap is {gaps[0]:.2f} times the noise on the fitted records and {gaps[1]:.2f} on those that"
-        " judge."
+        f"The gap is {found.fit.cost:.2f} times the noise on the fitted records and {judged:.2f} on those"
+        " that judge."
     )
     added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
     known = ""

@@ -11,8 +11,10 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import log_likelihood_gain
+from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
@@ -29,6 +31,8 @@ class FittedMotion:
     problem: MotionProblem
     fit: Fit
     added: tuple[MotionCandidate, ...] = ()
+    fitted: TrajectoryObjective | None = None
+    """What was minimised, which remembers the last motions."""
 
     @property
     def free(self) -> int:
@@ -36,17 +40,32 @@ class FittedMotion:
         return free_parameters(self.problem)
 
     @cached_property
+    def objective(self) -> TrajectoryObjective:
+        """That of the fit."""
+        return self.fitted or fitted_objective(self.problem)
+
+    @cached_property
+    def seen(self) -> tuple[Array, Array]:
+        """Residuals over noise (count,) of the fit, over the root of their number, and their derivatives
+        (count, free).
+        """
+        return self.objective.residuals(self.fit.values, Scale(self.problem.parameters).free)
+
+    @cached_property
     def gap(self) -> float:
         """The gap on the records that judge; inf where the motion runs away."""
-        return judge(self.problem, self.fit.values)
+        return float(judging(self.problem).costs_of(self._judged)[0])
 
     @cached_property
     def residuals(self) -> list[Array]:
         """Residuals over noise on the records that judge, (samples, joints) each, NaN where nothing was
         measured.
         """
-        rows = judging(self.problem).rows(self.fit.values[None])
-        return [signal[0] for record in rows for signal in record]
+        return [signal[0] for record in self._judged for signal in record]
+
+    @cached_property
+    def _judged(self) -> list[list[Array]]:
+        return judging(self.problem).rows(self.fit.values[None])
 
 
 class JudgingRecords:
@@ -71,11 +90,6 @@ def judging(problem: MotionProblem) -> TrajectoryObjective:
     """The objective of the records for validation; of all where none is."""
     records = [record for record in problem.records if record.settings.use == "validate"] or problem.records
     return TrajectoryObjective(problem, records, problem.file.study.noise)
-
-
-def judge(problem: MotionProblem, values: Array) -> float:
-    """The gap on the records that judge."""
-    return float(judging(problem).costs(values[None])[0])
 
 
 def _log_odds(before: Array, after: Array) -> float:

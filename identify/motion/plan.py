@@ -12,14 +12,24 @@ from identify.motion.recording import PreparedRecord
 from identify.motion.trajectory import TrajectoryObjective
 
 
-def motion_plan(problem: MotionProblem, stages: Sequence[StageSettings], starts: int) -> FitPlan:
+def fitted_objective(problem: MotionProblem) -> TrajectoryObjective:
+    """The gap on the records to be fitted."""
+    return TrajectoryObjective(problem, fitted_records(problem), problem.file.study.noise)
+
+
+def motion_plan(
+    problem: MotionProblem,
+    stages: Sequence[StageSettings],
+    starts: int,
+    gap: TrajectoryObjective | None = None,
+) -> FitPlan:
     """The plan of a fit of recorded motion: the gap on the records to be fitted, or on those that a stage
-    names.
+    names; gap: that of the problem, where it is to be asked for its motions again.
 
     Raises InputError where a stage names what there is not.
     """
     study = problem.file.study
-    objective = TrajectoryObjective(problem, fitted_records(problem), study.noise)
+    objective = gap or fitted_objective(problem)
 
     def of(stage: StageSettings) -> Objective:
         if stage.measurements is None:

@@ -21,6 +21,7 @@ from identify.motion.controller import ControlLaw, Sample, Twist
 from identify.motion.friction import FrictionDamper
 from identify.motion.motor import MotorPlant
 from identify.robot.engine_motion import Lanes, MovingArm, Passive
+from identify.robot.near_lanes import NearLanes
 
 
 @dataclass(frozen=True)
@@ -154,10 +155,15 @@ class SimulatedMotion:
         return SimulatedMotion(*(getattr(self, one.name)[pick] for one in fields(self)))
 
 
-def simulate(plant: Plant, law: ControlLaw, orders: Orders, timing: Timing) -> SimulatedMotion:
-    """From standstill at the first commanded position, in equilibrium with gravity, through all ticks."""
+def simulate(
+    plant: Plant, law: ControlLaw, orders: Orders, timing: Timing, leading: int | None = None
+) -> SimulatedMotion:
+    """From standstill at the first commanded position, in equilibrium with gravity, through all ticks; where
+    some lanes lead, the arm of the others is linearised beside them (`NearLanes`).
+    """
     coordinates, holding = equilibrium(plant, law, orders)
-    lanes = Lanes(plant.arm, plant.passive, coordinates, timing.step_s, plant.numbers["bodies.mass"])
+    own = plant.arm, plant.passive, coordinates, timing.step_s, plant.numbers["bodies.mass"]
+    lanes = Lanes(*own) if leading is None else NearLanes(*own, leading)
     state, given = plant.motor.holding(holding / plant.gain)
     late = Latency.of(plant.numbers["servo.latency"] / timing.step_s, given)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)

@@ -132,8 +132,8 @@ class MotionCandidate(Settings):
     )
     smoothing: Smoothing | None = Field(
         None,
-        description="with friction.coulomb among the numbers: how its sign passes through zero, beside other"
-        " candidates with the same numbers; default: as `friction.smoothing` says",
+        description="how the sign of dry friction passes through zero, beside other candidates with the same"
+        " numbers; default: as `friction.smoothing` says",
     )
 
     def sentence(self) -> str:
@@ -142,7 +142,7 @@ class MotionCandidate(Settings):
 
     @model_validator(mode="after")
     def _brings_something(self) -> MotionCandidate:
-        if not self.numbers and not self.effects:
+        if not self.numbers and not self.effects and self.smoothing is None:
             raise ValueError(f"candidate {self.name!r} has neither numbers nor effects; give one of them")
         return self
 

@@ -4,6 +4,7 @@ what optimizers minimise.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
@@ -29,6 +30,8 @@ cache.
 """
 _TOGETHER = 50
 """Lanes up to which a step costs about as much as that of one."""
+_AS_FAST = 12
+"""Coordinates up to which the engine moves a copy of an arm about as fast as linear algebra does."""
 _DIFFERENCE = 1e-3
 """Relative step of differences: well above what sticking makes of a smaller one."""
 
@@ -47,7 +50,8 @@ class TrajectoryObjective(Objective):
         self.problem = problem
         self.noise = {quantity: np.asarray(value, dtype=float) for quantity, value in noise.items()}
         """By quantity, () or (joints,)."""
-        self._seen: tuple[Array, Index, Array] | None = None
+        self._seen = deque[tuple[Array, Index, Array]](maxlen=2)
+        """Of the last two: values, what is free, and residuals there and a step along each."""
         self._wanted: Index | None = None
         self.records = [r for r in records if any(q in r.recorded for q in noise)]
         if not self.records:
@@ -66,17 +70,17 @@ class TrajectoryObjective(Objective):
         computed, and those that will be asked for next, if a step to it is taken, are computed along with it.
         """
         if len(candidates) == 1 and self.problem.file.study.encoder_counts is None:
-            if self._seen is not None and np.array_equal(self._seen[0], candidates[0]):
-                return self._costs(self._seen[2][:1])
+            known = next((rows for at, _, rows in self._seen if _same(at, candidates[0])), None)
+            if known is not None:
+                return _rms(known[:1])
             wanted, self._wanted = self._wanted, None  # a step that is not taken asks for none
             if wanted is not None and (len(wanted) + 1) * len(self.records) <= _TOGETHER:
-                return self._costs(self._beside(candidates[0], wanted)[:1])
-        return self._costs(self._rows(candidates))
+                return _rms(self._beside(candidates[0], wanted)[:1])
+        return self.costs_of(self.rows(candidates))
 
-    @staticmethod
-    def _costs(rows: Array) -> Array:
-        costs = np.sqrt(np.mean(rows**2, axis=1))
-        return np.where(np.isfinite(costs), costs, np.inf)
+    def costs_of(self, rows: list[list[Array]]) -> Array:
+        """Those of `rows`."""
+        return _rms(self._flat(rows))
 
     def residuals(self, values: Array, free: Index) -> tuple[Array, Array]:
         """Residuals over the root of their number, so that their sum of squares is the squared cost, and
@@ -97,21 +101,26 @@ class TrajectoryObjective(Objective):
         """Residuals over noise (free + 1, count) at values (parameters,) and a step along each of the free,
         with continuous encoders.
         """
-        if self._seen is not None and all(map(np.array_equal, self._seen, (values, free))):
-            return self._seen[2]
+        for at, moved_there, rows in self._seen:
+            if _same(at, values) and np.array_equal(moved_there, free):
+                return rows
         moved = np.tile(values, (len(free) + 1, 1))
         moved[1 + np.arange(len(free)), free] += self._steps(values, free)
-        found = self.smooth_rows(moved)
-        self._seen = values.copy(), free.copy(), found
+        found = self.near_rows(moved)
+        self._seen.append((values.copy(), free.copy(), found))
         return found
 
     def smooth(self, values: Array) -> Array:
         """Residuals (count,) as `residuals` gives them, without derivatives."""
-        return np.asarray(self.smooth_rows(values[None])[0] / np.sqrt(self.count))
+        return np.asarray(self.near_rows(values[None])[0] / np.sqrt(self.count))
 
-    def smooth_rows(self, candidates: Array) -> Array:
-        """Residuals over noise (m, count) of candidates (m, parameters), with continuous encoders."""
-        return TrajectoryObjective(self.problem.continuous, self.records, self.noise)._rows(candidates)
+    def near_rows(self, candidates: Array) -> Array:
+        """Residuals over noise (m, count) of candidates (m, parameters) near the first, with continuous
+        encoders; of an arm of many coordinates all but the first to first order.
+        """
+        smooth = TrajectoryObjective(self.problem.continuous, self.records, self.noise)
+        near = len(candidates) > 1 and len(self.problem.arm.names) > _AS_FAST
+        return smooth._flat(smooth._near(candidates) if near else smooth.rows(candidates))
 
     @property
     def count(self) -> int:
@@ -124,15 +133,22 @@ class TrajectoryObjective(Objective):
         """Residuals over noise, (m, samples, joints) per record and signal, NaN where nothing was
         measured.
         """
-        per_chunk = max(1, _LANES // len(self.records))
-        chunks = [candidates[first : first + per_chunk] for first in range(0, len(candidates), per_chunk)]
-        parts = [self._chunk(chunk) for chunk in chunks]
-        signals = zip(*parts, strict=True)
-        return [[np.concatenate(parts) for parts in zip(*record, strict=True)] for record in signals]
+        return _joined([self._chunk(chunk) for chunk in self._chunks(candidates)])
 
-    def _chunk(self, candidates: Array) -> list[list[Array]]:
+    def _near(self, candidates: Array) -> list[list[Array]]:
+        """The same, all but the first beside it."""
+        first = candidates[:1]
+        parts = [self._chunk(np.vstack([first, c]), near=True) for c in self._chunks(candidates[1:])]
+        others = [[[signal[1:] for signal in record] for record in part] for part in parts]
+        return _joined([[[signal[:1] for signal in record] for record in parts[0]], *others])
+
+    def _chunks(self, candidates: Array) -> list[Array]:
+        size = max(1, _LANES // len(self.records))
+        return [candidates[first : first + size] for first in range(0, len(candidates), size)]
+
+    def _chunk(self, candidates: Array, *, near: bool = False) -> list[list[Array]]:
         with np.errstate(all="ignore"):  # a lane that runs away is NaN
-            motion = self.problem.run(candidates, self.records)
+            motion = self.problem.run(candidates, self.records, near=near)
         return [
             [
                 beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
@@ -144,10 +160,21 @@ class TrajectoryObjective(Objective):
             for number, record in enumerate(self.records)
         ]
 
-    def _rows(self, candidates: Array) -> Array:
+    def signals(self, row: Array) -> list[Array]:
+        """A row (count,) as signals (samples, joints), NaN where nothing was measured."""
+        found, first = list[Array](), 0
+        for record in self.records:
+            for measured in self._measured(record):
+                used = np.isfinite(measured)
+                signal, last = np.full(measured.shape, np.nan), first + int(used.sum())
+                signal[used], first = row[first:last], last
+                found.append(signal)
+        return found
+
+    def _flat(self, rows: list[list[Array]]) -> Array:
         """(m, count)."""
         found = []
-        for record, signals in zip(self.records, self.rows(candidates), strict=True):
+        for record, signals in zip(self.records, rows, strict=True):
             for measured, residual in zip(self._measured(record), signals, strict=True):
                 found.append(residual[:, np.isfinite(measured)])
         return np.concatenate(found, axis=1)
@@ -166,6 +193,22 @@ class TrajectoryObjective(Objective):
 
     def _measured(self, record: PreparedRecord) -> list[Array]:
         return [signal for quantity, signal in record.recorded.items() if quantity in self.noise]
+
+
+def _same(one: Array, other: Array) -> bool:
+    """Whether values are the same but for the rounding of a logarithmic scale."""
+    return bool(np.allclose(one, other, rtol=1e-12, atol=0.0))
+
+
+def _rms(rows: Array) -> Array:
+    costs = np.sqrt(np.mean(rows**2, axis=1))
+    return np.where(np.isfinite(costs), costs, np.inf)
+
+
+def _joined(parts: Sequence[list[list[Array]]]) -> list[list[Array]]:
+    """Signals of records, a part of the lanes after the other."""
+    signals = zip(*parts, strict=True)
+    return [[np.concatenate(one) for one in zip(*record, strict=True)] for record in signals]
 
 
 def _step(problem: MotionProblem, number: int, value: float) -> float:

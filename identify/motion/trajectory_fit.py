@@ -13,6 +13,7 @@ from identify.fitting.selection.loop import select
 from identify.fitting.selection.workbench import Story
 from identify.motion.judging import FittedMotion
 from identify.motion.problem import MotionProblem
+from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.workbench import MotionWorkbench, TrialOption, TrialStep
 
 
@@ -34,7 +35,7 @@ class EffectTrial:
 class MotionFit:
     """The fit of the model that was kept, with its problem; trials start with the model as the study has it;
     rivals: (effect that stayed, another that does about as well in its place); first: the model as the study
-    has it.
+    has it; objective: what was minimised, which remembers the last motions.
     """
 
     problem: MotionProblem
@@ -42,6 +43,7 @@ class MotionFit:
     trials: tuple[EffectTrial, ...]
     rivals: tuple[tuple[str, str], ...] = ()
     first: FittedMotion | None = None
+    objective: TrajectoryObjective | None = None
 
 
 def fit_motion(problem: MotionProblem, progress: Progress) -> MotionFit:
@@ -74,7 +76,7 @@ def with_missing(bench: MotionWorkbench, story: Story) -> MotionFit:
         if step.best
         for rival in step.rivals
     ]
-    return MotionFit(final.problem, final.fit, tuple(trials), tuple(rivals), first)
+    return MotionFit(final.problem, final.fit, tuple(trials), tuple(rivals), first, final.objective)
 
 
 def _trials(

@@ -16,7 +16,7 @@ from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Option, Step, Story
 from identify.motion.changed import merged, with_effects, with_numbers
 from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
-from identify.motion.plan import motion_plan
+from identify.motion.plan import fitted_objective, motion_plan
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
@@ -53,8 +53,9 @@ class MotionWorkbench:
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted as the study says."""
         study = self.problem.file.study
-        plan = motion_plan(self.problem, study.optimizer, study.starts)
-        first = FittedMotion(self.problem, fit(plan, self.progress))
+        objective = fitted_objective(self.problem)
+        plan = motion_plan(self.problem, study.optimizer, study.starts, objective)
+        first = FittedMotion(self.problem, fit(plan, self.progress), (), objective)
         return self._fitted.setdefault(frozenset(), first)
 
     def added(self, model: FittedMotion) -> Sequence[MotionCandidate]:
@@ -138,9 +139,15 @@ class MotionWorkbench:
         key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
-            found = fit(motion_plan(problem, [self.stage], 1), self.progress)
-            self._fitted[key] = FittedMotion(problem, found, effects)
+            self._fitted[key] = self._fit(problem, effects, self.stage)
         return self._fitted[key]
+
+    def _fit(
+        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+    ) -> FittedMotion:
+        objective = fitted_objective(problem)
+        found = fit(motion_plan(problem, [stage], 1, objective), self.progress)
+        return FittedMotion(problem, found, effects, objective)
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
         begun, values = self.problem, self.starts(effects, model)

@@ -16,13 +16,15 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array, Index, Mask
 from identify.robot.description import Robot
 from identify.robot.engine import DRIVE_ARMATURE, compile_mechanism
 from identify.robot.posture import AXES, at_posture
 
 _PASSES = 2
 """Passes that find dampers which depend on velocity, each of which may learn from what the last gave."""
+_DIFFERENCE = 1e-6
+"""Of position, velocity and acceleration, for what inverse dynamics changes with them."""
 _RUNAWAY = 1e3
 """Velocity, rad/s or m/s, that no arm reaches: the controller is unstable."""
 
@@ -160,6 +162,49 @@ class MovingArm:
         return 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id), pose
 
 
+class Tangent:
+    """Equations of motion of an arm, its bodies heavier by shares more (joints,), to first order; heavier:
+    joints (from 0) whose bodies may be heavier beyond that.
+    """
+
+    def __init__(self, arm: MovingArm, more: Array, heavier: Index) -> None:
+        self._drive, self.heavier = arm.drive, heavier
+        self._model, self._more = arm.copies(1), [arm.copies(1) for _ in heavier]
+        _load(self._model, more[None])
+        for model, joint in zip(self._more, heavier, strict=True):
+            _load(model, (more + np.eye(len(more))[joint])[None])
+        self._data = mujoco.MjData(self._model)
+
+    def at(self, position: Array, velocity: Array, acceleration: Array) -> tuple[Array, ...]:
+        """At a motion (n,) each: the mass matrix; rows of what a unit of each coordinate, and of its
+        velocity, changes the forces by; mass matrix (heavier, n, n) and forces (heavier, n) without
+        acceleration of what bodies behind joints have more, for a share of one.
+        """
+        data, size = self._data, self._model.nv
+        data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, acceleration
+        by_position, by_velocity, mass = np.zeros((3, size, size))
+        mujoco.mjd_inverseFD(
+            self._model, data, _DIFFERENCE, False, by_position, by_velocity, mass, None, None, None, None
+        )
+        mass[self._drive, self._drive] -= DRIVE_ARMATURE
+        own = self._loads(self._model, position, velocity) if len(self._more) else None
+        masses, weights = np.zeros((len(self._more), size, size)), np.zeros((len(self._more), size))
+        for number, model in enumerate(self._more):
+            heavy = self._loads(model, position, velocity)
+            assert own is not None
+            masses[number], weights[number] = heavy[0] - own[0], heavy[1] - own[1]
+        return mass, by_position, by_velocity, masses, weights
+
+    def _loads(self, model: mujoco.MjModel, position: Array, velocity: Array) -> tuple[Array, Array]:
+        """Mass matrix of a model, rotors and all, and the forces that it takes without acceleration."""
+        data, mass = self._data, np.zeros((model.nv, model.nv))
+        data.qpos[:], data.qvel[:], data.qacc[:] = position, velocity, 0.0
+        mujoco.mj_fwdPosition(model, data)
+        mujoco.mj_fullM(model, data, mass)
+        mujoco.mj_inverse(model, data)
+        return mass, data.qfrc_inverse.copy()
+
+
 def _load(model: mujoco.MjModel, more: Array) -> None:
     """Make bodies behind the joints of each copy heavier by shares (m, joints), inertia and all."""
     for lane, row in enumerate(more):
@@ -248,7 +293,7 @@ class Lanes:
         own[0][:], own[1][:], own[2][:], own[3][:] = position, velocity, force, damping
         if self._lost is not None:
             for target in own:
-                target[self._lost] = 0.0
+                target[self._lost[: len(position)]] = 0.0
         mujoco.mj_step(self._model, self._data)
         return self._values[0].copy(), self._values[1].copy()
 

@@ -18,6 +18,7 @@ from identify.fitting.fit import Progress
 from identify.motion.command import Move
 from identify.motion.evaluate import evaluate_fit
 from identify.motion.problem import MotionProblem
+from identify.motion.simulate import SimulatedMotion
 from identify.motion.trajectory import TrajectoryObjective, phase_rms
 from identify.motion.trajectory_fit import MotionFit, fit_motion
 from tests.motion import arms
@@ -225,6 +226,33 @@ def test_what_is_computed_along_with_a_cost_changes_nothing(tmp_path: Path) -> N
                 objective.residuals(values, free), fresh().residuals(values, free), strict=True
             ):
                 np.testing.assert_array_equal(one, other)
+
+
+def test_motions_of_the_last_two_values_are_not_simulated_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever a logarithmic scale makes of their last digit; those of other values are."""
+    problem, runs, run = _one_link(tmp_path), list[int](), MotionProblem.run
+
+    def counted(self: MotionProblem, values: Array, *given: Any, **named: Any) -> SimulatedMotion:
+        runs.append(len(values))
+        return run(self, values, *given, **named)
+
+    monkeypatch.setattr(MotionProblem, "run", counted)
+    free = Scale(problem.parameters).free
+    objective = TrajectoryObjective(problem, problem.records, NOISE)
+    first, second = problem.initial, 1.01 * problem.initial
+    for values in (first, second):
+        objective.residuals(values, free)
+    assert len(runs) == 2
+    for values in (first, second):
+        rounded = np.exp(np.log(values)) * (1 + 1e-15)
+        assert not np.array_equal(rounded, values)
+        objective.residuals(rounded, free)
+        objective.costs(rounded[None])
+    assert len(runs) == 2
+    objective.residuals(first * (1 + 1e-9), free)
+    assert len(runs) == 3
 
 
 def test_rms_by_phase() -> None:

@@ -16,15 +16,15 @@ from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
-from identify.motion.judging import FittedMotion
+from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
-from identify.motion.missing.lean import needed
+from identify.motion.missing.lean import needed, worth
+from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.screen import Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
-from identify.motion.plan import fitted_records, motion_plan
+from identify.motion.plan import fitted_objective, motion_plan
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
-from identify.motion.trajectory import TrajectoryObjective
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
@@ -32,12 +32,17 @@ _TRIED, _PART = 3, 0.1
 """Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
 is promised is to first order, and far from the truth.
 """
+_ENDED, _CLOSE = 2, 0.5
+"""How many of them are fitted to their end, and what part of the best one's fall of ln gap they then have."""
 _STEP_SHARE, _PARTS = 0.1, 4
-"""Error of the step, over the gap, from which models are compared in half the step, so that what makes up for
-it cannot take a hundredth off the gap; into how many parts a step is divided at most.
+"""Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
+cannot take a hundredth off the gap; into how many parts a step is divided to know it.
 """
-_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-4})
-_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-4})
+_SURE = 20 * CONVINCING
+"""Log odds by the curvature at a fit above which an effect stays, whatever all others would make up for."""
+_LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-3})
+_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
+_BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
 
@@ -47,10 +52,11 @@ class MissingBench(MotionWorkbench):
 
     def __init__(self, problem: MotionProblem, progress: Progress) -> None:
         super().__init__(coarse(problem), progress)
-        self._fine, self._longest, self._shortest = problem, np.inf, self.problem.step_s / _PARTS
+        self._fine = problem
+        self._steps: LongSteps | None = None
         self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
         self._starts: dict[str, float] = {}
-        self._known: dict[str, tuple[Kind | SpringKind, tuple[int, ...]]] = {}
+        self._known: dict[str, tuple[Kind | SpringKind | None, tuple[int, ...]]] = {}
 
     @property
     def policy(self) -> Policy:
@@ -64,17 +70,31 @@ class MissingBench(MotionWorkbench):
 
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted where anything is free."""
-        free = any(parameter.free for parameter in self.problem.parameters)
-        return self.settled(super().begin() if free else _unfitted(self.problem))
+        free = free_parameters(self.problem) > 0
+        return self.settled(super().begin() if free else _unfitted(self.problem, ()))
 
     def settled(self, model: FittedMotion) -> FittedMotion:
-        """The model in steps whose error is small beside its gap."""
-        while model.problem.step_s > self._shortest and _step_share(model) > _STEP_SHARE:
-            self._longest = model.problem.step_s / 2
-            self.problem = replace(self.problem, step_s=min(self.problem.step_s, self._longest))
-            self._fitted.clear()
-            model = self._with(model, tuple(model.added)) if model.free else _unfitted(self.problem)
-        return model
+        """The model beside records less the error of its step, where that is not small beside its gap."""
+        if self._steps is None and _step_share(model) <= _STEP_SHARE:
+            return model
+        steps, at = self._measured(model), model.problem.step_s
+        before = None if self._steps is None else self._steps.error(at)
+        if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
+            return model
+        self._steps = steps
+        self._fitted.clear()
+        return self._with(model, model.added)
+
+    def _measured(self, model: FittedMotion) -> LongSteps:
+        """The error of steps at a model."""
+        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
+        as_measured = replace(model.problem, records=self._fine.records)
+        return LongSteps(as_measured, model.fit.values, shortest)
+
+    def _at_hand(self, problem: MotionProblem) -> MotionProblem:
+        """A problem beside records less the error of its step, where that is known."""
+        records = self._fine.records if self._steps is None else self._steps.records(problem.step_s)
+        return replace(problem, records=records)
 
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
         """Those that promise something to first order, the most promising first."""
@@ -88,31 +108,55 @@ class MissingBench(MotionWorkbench):
         return [Attempt(effect, model, 0) for effect in effects]
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
-        """The first few."""
-        odds = {id(p.effect): p.log_odds for p in self._promised[id(model)][1]}
-        most = max(odds.values(), default=0.0)
-        return [trial for trial in screened if odds[id(trial.effect)] >= _PART * most][:_TRIED]
+        """The first few that are different, and what is the same as one of them."""
+        known = {id(p.effect): p for p in self._promised[id(model)][1]}
+        most = max((promise.log_odds for promise in known.values()), default=0.0)
+        different, found = list[Promise](), list[Trial]()
+        for trial in screened:
+            promise = known[id(trial.effect)]
+            new = not any(promise.same(one) for one in different)
+            if promise.log_odds < _PART * most or (new and len(different) == _TRIED):
+                break
+            different += [promise] if new else []
+            found.append(trial)
+        return found
 
     def refit(self, model: FittedMotion, promising: Sequence[Trial]) -> list[list[Trial]]:
-        """Each fitted beside the model's effects, from where it promises to be, and once more without places
-        of which nothing is left.
+        """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones
+        to their end, and once more without places of which nothing is left.
         """
-        found = []
-        for trial in promising:
-            [promise] = [p for p in self._promised[id(model)][1] if p.effect == trial.effect]
+        known = {p.effect.name: p for p in self._promised[id(model)][1]}
+        promised = [known[trial.effect.name] for trial in promising]
+        found = list[tuple[Promise, FittedMotion]]()
+        for promise in promised:
+            if any(promise.same(other) for other, _ in found):
+                continue
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
-            after = self._with(model, (*model.added, trial.effect))
-            leaner = self._leaner(after, trial.effect)
-            if leaner != trial.effect:
-                after = self._with(after, (*model.added, leaner))
-            found.append([Attempt(leaner, after, after.free - model.free)])
-        return found
+            effects = (*model.added, promise.effect)
+            found.append((promise, self._fit(self._problem(effects, model), effects, _BRIEF)))
+        found.sort(key=lambda pair: pair[1].fit.cost)
+        falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
+        close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])
+        ends = [(one, self._to_its_end(model, after, one.effect)) for one, after in found[:close]]
+        groups = []
+        for promise, after in [*ends, *found[close:]]:
+            others = [one.effect for one in promised if one is not promise and one.same(promise)]
+            groups += [[Attempt(one, after, after.free - model.free)] for one in (after.added[-1], *others)]
+        return groups
+
+    def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
+        """A model with an effect more, fitted to its end, without places that it does not need."""
+        after = self._with(brief, brief.added)
+        leaner = self._leaner(after, effect)
+        return after if leaner == effect else self._with(after, (*model.added, leaner))
 
     def _leaner(self, model: FittedMotion, effect: MotionCandidate) -> MotionCandidate:
         """An effect of a model at those of its places where the fit needs it."""
         kind, places = self._known[effect.name]
-        kept = needed(model, kind, places) if len(places) > 1 else []
+        if kind is None or len(places) < 2:
+            return effect
+        kept = needed(model, kind, places)
         if not 0 < len(kept) < len(places):
             return effect
         leaner = effect_of(kind, kept)
@@ -131,6 +175,15 @@ class MissingBench(MotionWorkbench):
         """Those of new parameters as they promised, all others as they are."""
         return {**self._starts, **super().starts(effects, model)}
 
+    def removable(self, model: FittedMotion) -> Sequence[MotionCandidate]:
+        """Those that are not missed beyond doubt: to leave one out is to fit all others again."""
+        return [effect for effect in model.added if self._worth(model, effect) < _SURE]
+
+    def _worth(self, model: FittedMotion, effect: MotionCandidate) -> float:
+        """Log odds for an effect of a model by the curvature there; none where it has no number."""
+        kind, places = self._known[effect.name]
+        return 0.0 if kind is None else worth(model, kind, places)
+
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them, and what is nothing without it."""
         return [self._with(model, self._standing(others(model, effect))) for effect in effects]
@@ -141,34 +194,46 @@ class MissingBench(MotionWorkbench):
         there = {key for key in given if np.any(given[key])} | {key for e in effects for key in e.numbers}
         return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
 
+    def _fit(
+        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+    ) -> FittedMotion:
+        free = free_parameters(problem) > 0
+        return super()._fit(problem, effects, stage) if free else _unfitted(problem, effects)
+
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
-        found = coarse(super()._problem(effects, model))
-        return replace(found, step_s=min(found.step_s, self._longest))
+        return self._at_hand(coarse(super()._problem(effects, model)))
 
     def finished(self, found: MotionFit) -> MotionFit:
-        """The model that was found, fitted in the steps of the study."""
-        problem = found.problem
-        fine = resolved(replace(problem, step_s=min(problem.step_s, self._fine.step_s)))
-        if fine.step_s == problem.step_s or not any(p.free for p in fine.parameters):
+        """The model that was found, beside records as measured, fitted in the steps of the study or shorter
+        ones.
+        """
+        problem, records = replace(found.problem, records=self._fine.records), self._fine.records
+        if found.first is not None:
+            begun = replace(found.first.problem, records=records)
+            found = replace(found, first=replace(found.first, problem=begun))
+        step = min(problem.step_s, self._fine.step_s, *([] if self._steps is None else [self._steps.step_s]))
+        fine = resolved(replace(problem, step_s=step))
+        if not free_parameters(fine):
+            return replace(found, problem=fine, fit=_unfitted(fine, ()).fit, objective=None)
+        if fine.step_s == problem.step_s:
             return replace(found, problem=fine)
         names = [parameter.name for parameter in problem.parameters]
         begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
-        return replace(found, problem=begun, fit=fit(motion_plan(begun, [_LAST], 1), self.progress))
+        objective = fitted_objective(begun)
+        last = fit(motion_plan(begun, [_LAST], 1, objective), self.progress)
+        return replace(found, problem=begun, fit=last, objective=objective)
 
 
-def _unfitted(problem: MotionProblem) -> FittedMotion:
+def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
     """A problem of which nothing is to be fitted, at its start values."""
-    values, noise = problem.initial, problem.file.study.noise
-    cost = float(TrajectoryObjective(problem, fitted_records(problem), noise).costs(values[None])[0])
+    values = problem.initial
+    cost = float(fitted_objective(problem).costs(values[None])[0])
     start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
-    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0))
+    return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0), effects)
 
 
 def _step_share(model: FittedMotion) -> float:
     """RMS of what half the step changes, times two (Richardson), over the gap."""
-    problem, noise = model.problem, model.problem.file.study.noise
-    rows = [
-        TrajectoryObjective(one, fitted_records(problem), noise).smooth(model.fit.values)
-        for one in (problem, problem.halved)
-    ]
+    pair = model.problem, model.problem.halved
+    rows = [fitted_objective(one).smooth(model.fit.values) for one in pair]
     return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))

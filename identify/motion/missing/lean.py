@@ -12,31 +12,33 @@ from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.screen import independent
 from identify.motion.missing.springs import SpringKind
-from identify.motion.plan import fitted_records
-from identify.motion.trajectory import TrajectoryObjective
 
 
 def needed(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> list[int]:
-    """Those of the places (numbers in the kind) of an effect that the fit of a model needs, by the curvature
-    at it: half the squares that it would lose without them, less half ln n for each unknown (Laplace, unit
-    information), n the number of independent residuals.
+    """Those of the places (numbers in the kind) of an effect that the fit of a model needs: half the squares
+    that it would lose without one, less half ln n for each of its unknowns.
     """
-    problem = model.problem
-    objective = TrajectoryObjective(problem, fitted_records(problem), problem.file.study.noise)
-    scale = Scale(problem.parameters)
-    _, slopes = objective.residuals(model.fit.values, scale.free)
+    return [place for place in places if worth(model, kind, [place]) > 0]
+
+
+def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> float:
+    """Log odds for places of an effect, by the curvature at the fit of a model (Laplace, unit information),
+    with the number of independent residuals.
+    """
+    problem, objective = model.problem, model.objective
+    scale, (residual, slopes) = Scale(problem.parameters), model.seen
     slopes = slopes * scale.slope(scale.to_x(model.fit.values))
-    worth = independent(objective, model.fit.values)
-    information = worth * slopes.T @ slopes / max(model.fit.cost**2, worth / objective.count)
+    free = independent(objective, residual)
+    information = free * slopes.T @ slopes / max(model.fit.cost**2, free / objective.count)
     information += np.diag(scale.prior_information())
     names = [problem.parameters[number].name for number in scale.free]
-    covariance, kept = np.linalg.inv(information), list[int]()
+    own, away, unknowns = list[int](), list[float](), 0
     for place in places:
-        own, away, unknowns = _own(model, kind, place, names, scale)
-        squares = float(away @ np.linalg.solve(covariance[np.ix_(own, own)], away))
-        if 0.5 * squares > 0.5 * unknowns * np.log(max(worth, 2.0)):
-            kept.append(place)
-    return kept
+        parts = _own(model, kind, place, names, scale)
+        own, away, unknowns = [*own, *parts[0]], [*away, *parts[1]], unknowns + parts[2]
+    covariance = np.linalg.inv(information)[np.ix_(own, own)]
+    squares = float(np.array(away) @ np.linalg.solve(covariance, away))
+    return 0.5 * squares - 0.5 * unknowns * float(np.log(max(free, 2.0)))
 
 
 def _own(

@@ -13,6 +13,7 @@ from ruamel.yaml.comments import CommentedMap, CommentedSeq
 from identify.core.arrays import Array
 from identify.core.config_paths import relocated
 from identify.core.yaml_input import flat, in_one_line, renamed, round_trip, yaml_text
+from identify.motion.friction import FrictionSettings
 from identify.motion.problem import MotionProblem
 
 _WHAT = "discovered"
@@ -34,6 +35,7 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     told = dict(zip([p.name for p in problem.parameters], values.tolist(), strict=True))
     _springs(data, problem, told)
     _numbers(data, problem, values)
+    _law(data, problem)
     return yaml_text(data)
 
 
@@ -88,6 +90,13 @@ def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:
         if len(free) < joints:
             entry["joints"] = flat([int(joint) + 1 for joint in free])
         part[key] = in_one_line(entry)
+
+
+def _law(data: Any, problem: MotionProblem) -> None:
+    """How dry friction passes through zero, where that was changed."""
+    part = data.setdefault("friction", CommentedMap())
+    if part.get("smoothing", FrictionSettings().smoothing) != problem.file.study.friction.smoothing:
+        part["smoothing"] = problem.file.study.friction.smoothing
 
 
 def _short(value: float) -> float:

@@ -4,22 +4,26 @@ of them, side by side, and all that is searched already free to make up for it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import correlation_time
-from identify.core.parameters import Scale
+from identify.model.laws.friction import Smoothing
+from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, kinds
 from identify.motion.missing.springs import SpringKind, rigid
-from identify.motion.plan import fitted_records
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory import TrajectoryObjective
 
+LAWS = {"tanh": "dry friction as a hyperbolic tangent of speed", "root": "dry friction as a root of speed"}
 _SOFTENED = 2.0
 """By how much a spring that is as stiff as can be is softened to see what it does."""
 _FARTHEST, _WIDEST = 1.0, 10.0
@@ -40,15 +44,21 @@ class Place:
 
 @dataclass(frozen=True)
 class Promise:
-    """An effect, a kind at some of its places, with what it would gain to first order, natural logarithm of
-    the odds, and where its parameters start, by name.
+    """An effect, a kind at some of its places or a law in place of another (no kind), with what it would gain
+    to first order, natural logarithm of the odds, and where its parameters start, by name.
     """
 
-    kind: Kind | SpringKind
+    kind: Kind | SpringKind | None
     places: tuple[int, ...]
     effect: MotionCandidate
     log_odds: float
     starts: Mapping[str, float]
+
+    def same(self, other: Promise) -> bool:
+        """Whether the records cannot tell it from another: at the same places, the same odds to six
+        digits.
+        """
+        return self.places == other.places and math.isclose(self.log_odds, other.log_odds, rel_tol=1e-6)
 
 
 @dataclass(frozen=True)
@@ -87,38 +97,28 @@ def promises(model: FittedMotion) -> list[Promise]:
     for kind in dict.fromkeys(id(place.kind) for place in places):
         promise = _best([place for place in places if id(place.kind) == kind], sight)
         found += [promise] if promise is not None else []
+    found += _laws(model, sight)
     return sorted(found, key=lambda promise: -promise.log_odds)
 
 
 def _sight(model: FittedMotion, tried: int) -> _Sight:
-    objective, free = _objective(model.problem), Scale(model.problem.parameters).free
-    if len(free):
-        residual, own = objective.residuals(model.fit.values, free)
-        sizes = np.linalg.norm(own, axis=0)
-        basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
-    else:
-        residual = objective.smooth(model.fit.values)
-        basis = np.zeros((len(residual), 0))
-    worth = independent(objective, model.fit.values)
+    objective, (residual, own) = model.objective, model.seen
+    sizes = np.linalg.norm(own, axis=0)
+    basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
     left = np.sqrt(objective.count) * (residual - basis @ (basis.T @ residual))
-    return _Sight(left, basis, worth, max(tried, 2))
+    return _Sight(left, basis, independent(objective, residual), max(tried, 2))
 
 
-def independent(objective: TrajectoryObjective, values: Array) -> float:
-    """How many of the residuals are independent, by their correlation in time."""
+def independent(objective: TrajectoryObjective, row: Array) -> float:
+    """How many of the residuals (count,) are independent, by their correlation in time."""
     total = 0.0
-    for record in objective.rows(values[None]):
-        for signal in record:
-            for column in signal[0].T:
-                used = np.isfinite(column)
-                if used.any():
-                    whole = np.where(used, column, 0.0)
-                    total += float(used.sum()) / correlation_time(whole, used)
+    for signal in objective.signals(row):
+        for column in signal.T:
+            used = np.isfinite(column)
+            if used.any():
+                whole = np.where(used, column, 0.0)
+                total += float(used.sum()) / correlation_time(whole, used)
     return total
-
-
-def _objective(problem: MotionProblem) -> TrajectoryObjective:
-    return TrajectoryObjective(problem, fitted_records(problem), problem.file.study.noise)
 
 
 def _numbers(model: FittedMotion) -> list[Place]:
@@ -155,17 +155,30 @@ def _springs(model: FittedMotion) -> list[Place]:
         moved = np.tile(problem.initial, (len(lanes) + 1, 1))
         columns = [names.index(f"{coordinate}.stiffness") for coordinate in kind.coordinates]
         moved[1 + lanes, columns] /= _SOFTENED
-        changes = _changes(problem, moved, (_SOFTENED - 1) / kind.stiff)
+        changes = _changes(coarse(problem), moved, (_SOFTENED - 1) / kind.stiff)
         found += [Place(kind, n, changes[:, [n]], 2) for n in lanes.tolist()]
     return found
+
+
+def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
+    """The other way in which the sign of dry friction may pass through zero, by one simulation."""
+    problem, dry = model.problem, ("friction.coulomb", "friction.stribeck")
+    arrays = problem.table.arrays(model.fit.values[None])
+    if not any(np.any(arrays[key]) for key in dry):
+        return []
+    [other] = {"root", "tanh"} - {problem.file.study.friction.smoothing}
+    law = problem.with_smoothing(cast(Smoothing, other))
+    left = sight.beyond(fitted_objective(law).near_rows(model.fit.values[None]).T)
+    odds = sight.log_odds(float(np.sum(left**2)), 0, 1)
+    effect = MotionCandidate(name=LAWS[other], smoothing=other)
+    return [Promise(None, (), effect, odds, {})] if odds > 0 else []
 
 
 def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
     """(count, n): the residuals of lanes (n + 1, ...) less those of the first, over the steps (n,); zero
     where the motion ran away.
     """
-    objective = _objective(problem)
-    rows = objective.smooth_rows(moved)
+    rows = fitted_objective(problem).near_rows(moved)
     slopes = ((rows[1:] - rows[0]) / steps[:, None]).T
     return np.asarray(np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
 

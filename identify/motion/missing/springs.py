@@ -20,7 +20,7 @@ from identify.motion.changed import with_effects
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate, Spring
 
-_STEP, _RESOLVED = 2.5e-4, 0.25
+_STEP, _RESOLVED = 6.25e-5, 0.25
 """Step of integration, s, at most, and that times the angular frequency at which each spring resonates alone:
 as stiff as can be simulated with ease.
 """
@@ -87,7 +87,8 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
         stiff = _stiffest(softer, own, start, step)
         soft = (_SOFTEST_HZ / START_HZ) ** 2 * start
         able = stiff > soft
-        kind = SpringKind(name, tuple(np.array(own)[able]), stiff[able], soft[able])
+        kept = tuple(name for name, can in zip(own, able, strict=True) if can)
+        kind = SpringKind(name, kept, stiff[able], soft[able])
         if able.any():
             effects = kind.candidate(range(len(kind.coordinates))).effects
             found.append((kind, with_effects(problem, effects, told)))
