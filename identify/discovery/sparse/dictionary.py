@@ -75,7 +75,7 @@ class Beside:
 
         Errors that are far out leave no residual of what they make up for: they come back where they can.
         """
-        held, unknowns = np.flatnonzero(self.fit.present(self.x)), self.fit.unknowns
+        held, unknowns = np.flatnonzero(self.fit.unknowns.present(self.x)), self.fit.unknowns
         scale = max(self.product[-1, -1] / self.fit.count, 1.0)
         prior = scale * unknowns.precision[held]
         information = self.product[np.ix_(held, held)] + np.diag(prior)

@@ -80,14 +80,8 @@ def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
         own = unit.amplitudes
         weight = eliminated(known.information, own, floor_of(unit, unknowns))
         squares = float(away[own] @ weight @ away[own])
-        found[unit.name] = 0.5 * squares - known.price * _count(unit, unknowns, away)
+        found[unit.name] = 0.5 * squares - known.price * max(unknowns.counted(x)[unit.all].sum(), 1.0)
     return found
-
-
-def _count(unit: Unit, unknowns: Unknowns, away: Array) -> float:
-    """Its parameters: amplitudes that are not zero, and what goes with them."""
-    own, every = (float(unknowns.counts[some].sum()) for some in (unit.amplitudes, unit.all))
-    return max(min(float(np.sum(away[unit.amplitudes] != 0)), own), 1.0) + every - own
 
 
 def floor_of(unit: Unit, unknowns: Unknowns) -> float:

@@ -70,7 +70,7 @@ class Found:
         error = self.unknowns.nuisances
         known = self.product[:-1, :-1][np.ix_(error, error)] / max(self.gap, 1.0) ** 2
         volume = np.linalg.slogdet(known + np.eye(len(known)))[1]
-        priced = price(self.unknowns.count) * self.unknowns.counts[~error].sum()
+        priced = price(self.unknowns.count) * self.unknowns.counted(self.x)[~error].sum()
         return float(-self.unpriced - 0.5 * volume - priced)
 
     @property
@@ -193,14 +193,17 @@ def refitted(found: Found, units: Sequence[Unit]) -> Found:
 
 
 def of_units(found: Found, units: Sequence[Unit]) -> list[Effect]:
-    """Dense effects that have these units and no others; axes that stay rigid are left out."""
+    """Dense effects that have these units and no others; an axis of one that stays rigid may still give way
+    once something else is gone that stands for it.
+    """
     kept: list[Effect] = []
     for effect in found.effects:
         own = [unit for unit in units if unit.effect == effect]
         if isinstance(effect, Springs):
             soft, coupled = soft_axes(found.unknowns.soft(own, found.x))
-            axes = [axis for axis in effect.axes if axis in soft]
-            if axes:
+            may, _ = soft_axes(found.unknowns.names[n].split(".")[1] for unit in own for n in unit.amplitudes)
+            if soft:
+                axes = [axis for axis in effect.axes if axis in may]
                 kept.append(effect.model_copy(update={"axes": axes, "coupled": coupled}))
         elif isinstance(effect, SensorMatrix):
             points = [point for point in effect.points if str(point) in {unit.name for unit in own}]

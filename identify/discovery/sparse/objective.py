@@ -31,10 +31,8 @@ _SETTLED = 0.05
 from the data what is missing gains far more than any last steps do."""
 _FEWEST = 3
 _TRIALS, _MOST_DAMPED = 8, 1e8
-_INNER, _SPARSE, _NOTHING = 4, 0.7, 1e-12
-"""Steps of what is present alone between two of all unknowns, where that is less than so much of them; an
-amplitude that is none.
-"""
+_INNER, _SPARSE = 4, 0.7
+"""Steps of what is present alone between two of all unknowns, where that is less than so much of them."""
 
 
 @dataclass(frozen=True)
@@ -72,8 +70,10 @@ class Penalised:
         cost = FrfLeastSquares(residual="log" if logarithmic else "complex")
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
         self.count = unknowns.count
-        alone = unknowns.alone
-        self.groups = [unit for unit in unknowns.units if unit.priced and not alone[unit.amplitudes].all()]
+        self.alone = unknowns.springs & ~unknowns.coupled
+        self.groups = [
+            unit for unit in unknowns.units if unit.priced and not self.alone[unit.amplitudes].all()
+        ]
 
     def squares(self, x: Array) -> float:
         """Sum of squared residuals."""
@@ -106,9 +106,7 @@ class Penalised:
 
         of_springs = np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap
         of_groups = np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups])
-        return Local(
-            product, gap, np.where(self.unknowns.alone, weights(of_springs), 0.0), weights(of_groups)
-        )
+        return Local(product, gap, np.where(self.alone, weights(of_springs), 0.0), weights(of_groups))
 
     def value(self, squares: float, x: Array, local: Local) -> float:
         """The objective at x, with the prices of the point that `local` is about."""
@@ -152,26 +150,11 @@ class Penalised:
                 break
             point = self.step(point)
             inner, last = point, min(point.steps + _INNER, steps)
-            moving = self.present(point.x)
+            moving = self.unknowns.present(point.x)
             while not inner.settled and inner.steps < last and moving.mean() < _SPARSE:
                 inner = self.step(inner, moving)
             point = replace(inner, settled=point.settled)
         return point
-
-    def present(self, x: Array) -> Mask:
-        """(f,): all but compliances of zero with their retardation times, and groups that move next to
-        nothing.
-        """
-        moving = np.ones(len(x), dtype=bool)
-        for unit in self.unknowns.units:
-            away = self.unknowns.away(x)[unit.amplitudes]
-            if not np.any(np.abs(away) > _NOTHING):
-                moving[unit.all] = False
-        absent = self.unknowns.springs & (x == 0)
-        moving[absent] = False
-        names = {self.unknowns.names[n].removesuffix(".compliance") for n in np.flatnonzero(absent)}
-        late = [name.removesuffix(".retardation_time") in names for name in self.unknowns.names]
-        return moving & ~(np.array(late) & ~self.unknowns.springs)
 
     def step(self, point: Point, moving: Mask | None = None) -> Point:
         """One damped Gauss-Newton step within bounds (Marquardt, J. SIAM 11 (1963) 431-441)."""

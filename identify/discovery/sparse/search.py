@@ -367,7 +367,7 @@ class _Quadratic:
         """Where the new ones begin."""
         unknowns, x = begun(found, effects, values)
         fit = Penalised(unknowns, price=0.0)
-        present = fit.present(x) & np.isin(unknowns.names, found.unknowns.names)
+        present = unknowns.present(x) & np.isin(unknowns.names, found.unknowns.names)
         return cls(fit, x, fit.local(x), present)
 
     @property

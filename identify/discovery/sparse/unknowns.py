@@ -27,6 +27,8 @@ _MEASURED_STD = 1.0
 rare.
 """
 _OF_BOUND = 2.5
+_NOTHING = 1e-12
+"""An amplitude that is none."""
 
 
 @dataclass(frozen=True)
@@ -101,14 +103,11 @@ class Unknowns:
         return float(self.counts.sum())
 
     @cached_property
-    def alone(self) -> Mask:
-        """Compliances that are priced one by one; those of coupled springs are one thing, whose directions
-        stand for each other.
-        """
-        found = self.springs.copy()
+    def coupled(self) -> Mask:
+        """All of coupled bearings: their directions are one matrix, and stand for each other."""
+        found = np.zeros(len(self.free), dtype=bool)
         for unit in self.units:
-            if np.any(self.counts[unit.amplitudes] < 1):
-                found[unit.amplitudes] = False
+            found[unit.all] = np.any(self.counts[unit.amplitudes] < 1)
         return found
 
     @cached_property
@@ -179,6 +178,26 @@ class Unknowns:
         [first, *_] = unit.amplitudes
         bounded = not self.log[first] and "matrix_" not in self.names[first]
         return self.limits[1][first] / _OF_BOUND if bounded else _MEASURED_STD
+
+    def present(self, x: Array) -> Mask:
+        """(f,): all but compliances of zero with their retardation times, and groups that move next to
+        nothing.
+        """
+        moving = np.ones(len(x), dtype=bool)
+        for unit in self.units:
+            away = self.away(x)[unit.amplitudes]
+            if not np.any(np.abs(away) > _NOTHING):
+                moving[unit.all] = False
+        absent = self.springs & (x == 0)
+        moving[absent] = False
+        names = {self.names[n].removesuffix(".compliance") for n in np.flatnonzero(absent)}
+        late = [name.removesuffix(".retardation_time") in names for name in self.names]
+        return moving & ~(np.array(late) & ~self.springs)
+
+    def counted(self, x: Array) -> Array:
+        """(f,): how many parameters each counts as at x (f,); compliances that are absent do not."""
+        absent = (self.springs | self.times) & ~self.coupled & ~self.present(x)
+        return np.where(absent, 0.0, self.counts)
 
     def moved(self, unit: Unit, x: Array, product: Array) -> float:
         """Units of noise by which a unit moves the FRFs at x (f,); product (f + 1, f + 1) of [J r]."""

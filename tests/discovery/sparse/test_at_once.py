@@ -179,6 +179,19 @@ def test_what_predictions_need_is_worth_most_and_small_models_are_kept(hammered:
         assert smallest_that_predicts(path, left_by)[0] is few
 
 
+def test_an_axis_that_something_else_stood_for_gives_way_once_that_is_gone(hammered: Hammered) -> None:
+    with one_thread():
+        problem = hammered.of("tilt_j2", 4)
+        found = dense_fit(problem, (all_springs(problem, shrink=True)[1],), usual=True)
+        tilt = [unit for unit in found.unknowns.units if unit.name == "joint2.tilt"]
+        rigid = np.array([name == "joint2.ry.compliance" for name in found.unknowns.names])
+        again = refitted(replace(found, x=np.where(rigid, 0.0, found.x)), tilt)
+    assert again.gap == pytest.approx(found.gap, abs=0.02)
+    assert again.values["joint2.ry.compliance"] == pytest.approx(
+        found.values["joint2.ry.compliance"], rel=0.05
+    )
+
+
 def left_by(study: Problem, effects: Sequence[Effect], values: dict[str, float]) -> float:
     """The gap on the data that are fitted."""
     model = with_more(study, effects)
