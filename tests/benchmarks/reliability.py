@@ -69,7 +69,7 @@ def drawn(rows: list[Row]) -> Figure:
         places, 100 * right, 100 * np.array([right - low, high - right]), fmt="none", color="#222222"
     )
     axes.plot(places, [100 * row[2] for row in rows], "D", color="#d95f02", label="said (mean)")
-    axes.set_xticks(places, [f"{100 * row[0]:g} to {100 * row[1]:g} %\n{row[4]} names" for row in rows])
+    axes.set_xticks(places, [f"{100 * row[0]:g} to\n{100 * row[1]:g} %\n{row[4]} names" for row in rows])
     axes.set_ylabel("names that are right, %")
     axes.set_ylim(0, 105)
     axes.legend(loc="upper left")

@@ -48,7 +48,7 @@ from identify.vibration.problem import Problem, with_uncertainty
 
 _MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
-_GLANCED, _SETTLED = 4, 2
+_GLANCED, _SETTLED = 4, 3
 """Steps of every trial, and how many of them, the best, are fitted to their end."""
 _FAR = 3 * CLOSED
 """Gap from which a fit with links as stated is not pruned."""
@@ -202,8 +202,10 @@ def _one_further(
     if not worth:
         return None
     story.doing(f"fitting the {len(worth)} likeliest of it")
-    # Stated errors that are beyond belief compensate for what is missing: trials begin as stated.
-    stated = {} if believed else {one.name: 0.0 for one in found.problem.nuisances.entries}
+    # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
+    # nothing open, what they make up for takes their place step by step.
+    astray = not believed and found.gap >= CLOSED
+    stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
     fitted = _tried(found, worth, stated, each_costs, shares)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
@@ -273,8 +275,11 @@ def _tried(
     """
     glanced = [(one, gone_on(found, one.effects, {**start, **one.values}, _GLANCED)) for one in trials]
     glanced.sort(key=lambda pair: _costs(pair[1], each_costs))
-    # What is foreseen to be worth most may begin slowly.
+    # What is foreseen to be worth most may begin slowly, and what gains most for each unknown be likeliest.
     glanced[1:] = sorted(glanced[1:], key=lambda pair: pair[0] is not trials[0])
+    glanced[2:] = sorted(
+        glanced[2:], key=lambda pair: (pair[1].unpriced - found.unpriced) / max(pair[0].size, 1)
+    )
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
         own = _ended(found, fit) if place < _SETTLED else fit
