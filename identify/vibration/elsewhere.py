@@ -93,4 +93,4 @@ def _together(problem: Problem, values: Array, start: Array) -> float:
         GaussNewton(evaluations=_JOINT_STEPS, tolerance=_JOINT_TOLERANCE).minimize(
             search, scale.to_x(start), np.random.default_rng(0)
         )
-    return search.best_cost**2 * total - before**2 * count
+    return max(search.best_cost**2 * total - before**2 * count, 0.0)  # a fit that had not ended gains, too
