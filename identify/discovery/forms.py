@@ -88,8 +88,10 @@ def _forms(state: State, effect: Effect) -> Iterator[Task]:
 
 
 def _places(state: State, effect: Effect) -> Iterator[Task]:
-    """The same along other axes and on the links beside it."""
+    """The same along other axes and on the links beside it, and what it is at its limits."""
     known, values = state.without(effect), state.model.values
+    for limit in effect.limits():
+        yield Task(known, (limit,), values)
     own = Trial(Task(known, (effect,), values), values, 0.0, 1)
     for other in neighbours(state.problem, effect):
         with suppress(InputError, InputErrors):  # where another effect has that place

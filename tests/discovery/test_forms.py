@@ -20,6 +20,7 @@ from identify.discovery.task import Task
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
+from identify.model.effects.appended_resonator import AppendedResonator
 from identify.model.effects.base import parse_effect
 from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.spring_to_ground import SpringToGround
@@ -100,6 +101,21 @@ def test_a_strut_is_found_in_springs_in_any_direction(problem: Problem) -> None:
     assert end.gap == pytest.approx(trial.gap, abs=0.01)
     assert trial.free - end.free == 8
     assert strut_task(measured, replace(trial, squares=4 * trial.squares)) is None
+
+
+def test_a_body_fixed_to_a_link_is_not_left_a_resonator(problem: Problem) -> None:
+    """One that is tuned far above the band says nearly the same, with two parameters more."""
+    last = problem.robot.links[-1].name
+    body = parse_effect({"kind": "added-mass", "link": last, "mass": {"initial": 2.5}})
+    measured = _measured(problem, with_effects(problem, [*problem.file.study.effects, body], {}))
+    resonator = AppendedResonator(link=last, axis="z", extent="body")
+    known = tuple(measured.file.study.effects)
+    with Workers(measured, 1) as workers:
+        values = {p.name: p.initial for p in measured.parameters}
+        [model] = workers.run([Task(known, (resonator,), values, whole=True)])
+        found = in_other_forms(workers, State(measured, model, (Added(resonator, 100.0),)), Story())
+    assert found.added[0].effect.sentence() == f"added body (mass, centre, inertia) on {last}"
+    assert found.model.values[f"{last}.mass"] == pytest.approx(2.5, rel=0.05)
 
 
 @pytest.mark.parametrize("misalignment", [0.03, 0.0])

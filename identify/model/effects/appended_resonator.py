@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field
 
 from identify.core.parameters import DampingValues, Values, parameter, spread
+from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.attached import Attached
 from identify.model.effects.base import Term
 from identify.model.effects.place import Place
@@ -60,6 +61,10 @@ class AppendedResonator(RigidBody, Attached):
     def variants(self) -> list[Self]:
         """A point at the link's centre of mass."""
         return [self.model_copy(update={"extent": "point"})] if self.extent == "body" else []
+
+    def limits(self) -> list[AddedMass]:
+        """Far above the band a body that is fixed to the link."""
+        return [AddedMass(link=self.link, extent="body")] if self.extent == "body" else []
 
     @property
     def _coordinate(self) -> str:

@@ -144,6 +144,10 @@ class Effect(BaseModel, ABC):
         """Simpler and richer variants of it in the same place, for discovery to choose from."""
         return []
 
+    def limits(self) -> Sequence[Effect]:
+        """What it cannot be told from where it ends, of other kinds: simpler ones, for discovery."""
+        return ()
+
     @property
     def settings_found(self) -> int:
         """How many of its settings are fitted to the data where discovery has found it: they count as its
