@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -17,7 +16,7 @@ from identify.discovery.places.job import Known, PlaceJob
 from identify.discovery.places.screen import PlaceFitter
 from identify.discovery.task import Task, Trial
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import Ended, Search
+from identify.fitting.optimizers.base import Search, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
@@ -118,18 +117,17 @@ def fitted(problem: Problem, start: Array, steps: int, tolerance: float) -> tupl
     """From start (unknowns,), after so many steps at most, to the greatest likelihood near it; values and
     cost.
     """
-    return minimized(problem, start, GaussNewton(evaluations=steps, tolerance=tolerance), likelihood(problem))
+    return minimum(problem, start, GaussNewton(evaluations=steps, tolerance=tolerance), likelihood(problem))
 
 
-def minimized(
+def minimum(
     problem: Problem, start: Array, optimizer: GaussNewton, objective: Objective
 ) -> tuple[Array, float]:
     """From start (unknowns,): values and cost."""
     scale = Scale(problem.parameters)
     far = FAR if problem.nuisances.entries else np.inf
     search = Search(objective, scale, 10 * optimizer.evaluations, far=far)
-    with contextlib.suppress(Ended):  # the budget is spent: what was found counts
-        optimizer.minimize(search, scale.to_x(start), np.random.default_rng(0))
+    minimized(optimizer, search, scale.to_x(start), np.random.default_rng(0))
     if search.best_x is None:
         return start, float("inf")
     return scale.to_values(search.best_x), search.best_cost

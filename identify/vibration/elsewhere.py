@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +9,10 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.core.thresholds import CLOSED
-from identify.fitting.optimizers.base import Ended, Search
+from identify.fitting.optimizers.base import Search, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.fitting.uncertainty import Uncertainty
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares
+from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.costs.information import information
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import gap
@@ -21,8 +20,8 @@ from identify.vibration.uncertainty import gap
 _STEPS, _SETTLED = 8, 0.01
 """Steps at most that a prediction takes to what new data ask for; share of their count that one more would
 take off, below which it has arrived."""
-_JOINT_STEPS, _JOINT_TOLERANCE = 20, 1e-6
-"""Steps at most of a fit of all data together, and relative change of its sum of squares at which it ends."""
+_JOINT = GaussNewton(evaluations=20, tolerance=1e-6)
+"""How all data are fitted together."""
 
 
 def gap_elsewhere(problem: Problem, trusted: Uncertainty, values: Array) -> float:
@@ -81,16 +80,13 @@ def _together(problem: Problem, values: Array, start: Array) -> float:
     """
     fit, more = problem.targets(), problem.targets("validate").frf
     everything = replace(fit, frf=(*fit.frf, *more))
-    one, both = (FrfLeastSquares().objective(targets) for targets in (fit, everything))
-    count, total = (sum(2 * t.sigma.size for t in targets.frf) for targets in (fit, everything))
+    one, both = (PosteriorObjective(FrfLeastSquares(), targets) for targets in (fit, everything))
     before = float(one.costs(values[None])[0])
     if before >= CLOSED:
         return np.inf
     scale = Scale(problem.parameters)
-    search = Search(both, scale, 10 * _JOINT_STEPS)
+    search = Search(both, scale, 10 * _JOINT.evaluations)
     start = min((values, start), key=lambda some: float(both.costs(some[None])[0]))
-    with contextlib.suppress(Ended):
-        GaussNewton(evaluations=_JOINT_STEPS, tolerance=_JOINT_TOLERANCE).minimize(
-            search, scale.to_x(start), np.random.default_rng(0)
-        )
-    return max(search.best_cost**2 * total - before**2 * count, 0.0)  # a fit that had not ended gains, too
+    minimized(_JOINT, search, scale.to_x(start), np.random.default_rng(0))
+    # A fit that had not ended gains, too.
+    return max(search.best_cost**2 * both.count - before**2 * one.count, 0.0)

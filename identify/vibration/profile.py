@@ -6,7 +6,6 @@ is flat to one side, the data give only a bound (Raue et al., Bioinformatics 25,
 
 from __future__ import annotations
 
-import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -15,7 +14,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
-from identify.fitting.optimizers.base import Ended, Search, parse_optimizer
+from identify.fitting.optimizers.base import Search, minimized, parse_optimizer
 from identify.fitting.uncertainty import Uncertainty
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem
@@ -64,10 +63,8 @@ def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, poin
             held = replace(problem.parameters[number], initial=values[step], free=False)
             parameters = tuple(held if n == number else p for n, p in enumerate(problem.parameters))
             search = Search(objective, Scale(parameters), 60)
-            with contextlib.suppress(Ended):
-                parse_optimizer("gauss-newton").minimize(
-                    search, np.delete(x, position), np.random.default_rng(0)
-                )
+            begun = np.delete(x, position)
+            minimized(parse_optimizer("gauss-newton"), search, begun, np.random.default_rng(0))
             rise[step] = (_chi_square(search.best_cost, count) - base) / inflation**2
             if search.best_x is not None:
                 warm = search.scale.to_values(search.best_x)

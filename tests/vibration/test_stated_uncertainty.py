@@ -12,7 +12,7 @@ import pytest
 from identify.core import threads
 from identify.core.errors import InputErrors
 from identify.core.parameters import Scale
-from identify.discovery.trial import fitted, likelihood, minimized
+from identify.discovery.trial import fitted, likelihood, minimum
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.machining.uncertain import uncertain_tip
 from identify.map.posture_map import map_postures
@@ -236,7 +236,7 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         struck.append(replace(m, target=replace(target, data=replace(target.data, frf=h))))
     problem = replace(problem, measurements=tuple(struck))
     optimizer = GaussNewton(evaluations=20, tolerance=1e-6)
-    values, _ = minimized(problem, truth, optimizer, likelihood(problem))
+    values, _ = minimum(problem, truth, optimizer, likelihood(problem))
     scale = Scale(problem.parameters)
     found, plain = (
         uncertainty(problem.targets(), scale, values, disagreement=every) for every in (True, False)

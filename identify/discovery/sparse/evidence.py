@@ -75,12 +75,12 @@ def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
     Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all
     else eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
     """
-    away, found = unknowns.away(x), dict[str, float]()
+    away, counted, found = unknowns.away(x), unknowns.counted(x), dict[str, float]()
     for unit in unknowns.units:
         own = unit.amplitudes
         weight = eliminated(known.information, own, floor_of(unit, unknowns))
         squares = float(away[own] @ weight @ away[own])
-        found[unit.name] = 0.5 * squares - known.price * max(unknowns.counted(x)[unit.all].sum(), 1.0)
+        found[unit.name] = 0.5 * squares - known.price * max(counted[unit.all].sum(), 1.0)
     return found
 
 
