@@ -54,7 +54,7 @@ class FittedMotion:
     @cached_property
     def gap(self) -> float:
         """The gap on the records that judge; inf where the motion runs away."""
-        return float(judging(self.problem).costs_of(self._judged)[0])
+        return float(self._judging.costs_of(self._judged)[0])
 
     @cached_property
     def residuals(self) -> list[Array]:
@@ -64,8 +64,12 @@ class FittedMotion:
         return [signal[0] for record in self._judged for signal in record]
 
     @cached_property
+    def _judging(self) -> TrajectoryObjective:
+        return judging(self.problem)
+
+    @cached_property
     def _judged(self) -> list[list[Array]]:
-        return judging(self.problem).rows(self.fit.values[None])
+        return self._judging.rows(self.fit.values[None])
 
 
 class JudgingRecords:

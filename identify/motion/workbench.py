@@ -53,9 +53,7 @@ class MotionWorkbench:
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted as the study says."""
         study = self.problem.file.study
-        objective = fitted_objective(self.problem)
-        plan = motion_plan(self.problem, study.optimizer, study.starts, objective)
-        first = FittedMotion(self.problem, fit(plan, self.progress), (), objective)
+        first = self._fit(self.problem, (), study.optimizer, study.starts)
         return self._fitted.setdefault(frozenset(), first)
 
     def added(self, model: FittedMotion) -> Sequence[MotionCandidate]:
@@ -139,14 +137,18 @@ class MotionWorkbench:
         key = frozenset(effect.model_dump_json() for effect in effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
-            self._fitted[key] = self._fit(problem, effects, self.stage)
+            self._fitted[key] = self._fit(problem, effects, [self.stage])
         return self._fitted[key]
 
     def _fit(
-        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+        self,
+        problem: MotionProblem,
+        effects: tuple[MotionCandidate, ...],
+        stages: Sequence[StageSettings],
+        starts: int = 1,
     ) -> FittedMotion:
         objective = fitted_objective(problem)
-        found = fit(motion_plan(problem, [stage], 1, objective), self.progress)
+        found = fit(motion_plan(problem, stages, starts, objective), self.progress)
         return FittedMotion(problem, found, effects, objective)
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.thresholds import CONVINCING, MATERIAL
-from identify.fitting.fit import Fit, Progress, Start, fit
+from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import StageSettings
 from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
@@ -22,7 +22,7 @@ from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.screen import Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
-from identify.motion.plan import fitted_objective, motion_plan
+from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 from identify.motion.trajectory_fit import MotionFit
@@ -70,8 +70,7 @@ class MissingBench(MotionWorkbench):
 
     def begin(self) -> FittedMotion:
         """The model as the study has it, fitted where anything is free."""
-        free = free_parameters(self.problem) > 0
-        return self.settled(super().begin() if free else _unfitted(self.problem, ()))
+        return self.settled(super().begin())
 
     def settled(self, model: FittedMotion) -> FittedMotion:
         """The model beside records less the error of its step, where that is not small beside its gap."""
@@ -134,15 +133,15 @@ class MissingBench(MotionWorkbench):
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
             effects = (*model.added, promise.effect)
-            found.append((promise, self._fit(self._problem(effects, model), effects, _BRIEF)))
+            found.append((promise, self._fit(self._problem(effects, model), effects, [_BRIEF])))
         found.sort(key=lambda pair: pair[1].fit.cost)
         falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
         close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])
         ends = [(one, self._to_its_end(model, after, one.effect)) for one, after in found[:close]]
         groups = []
         for promise, after in [*ends, *found[close:]]:
-            others = [one.effect for one in promised if one is not promise and one.same(promise)]
-            groups += [[Attempt(one, after, after.free - model.free)] for one in (after.added[-1], *others)]
+            alike = [one.effect for one in promised if one is not promise and one.same(promise)]
+            groups += [[Attempt(one, after, after.free - model.free)] for one in (after.added[-1], *alike)]
         return groups
 
     def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
@@ -195,10 +194,14 @@ class MissingBench(MotionWorkbench):
         return tuple(e for e in effects if all(acts(key, there) for key in e.numbers))
 
     def _fit(
-        self, problem: MotionProblem, effects: tuple[MotionCandidate, ...], stage: StageSettings
+        self,
+        problem: MotionProblem,
+        effects: tuple[MotionCandidate, ...],
+        stages: Sequence[StageSettings],
+        starts: int = 1,
     ) -> FittedMotion:
         free = free_parameters(problem) > 0
-        return super()._fit(problem, effects, stage) if free else _unfitted(problem, effects)
+        return super()._fit(problem, effects, stages, starts) if free else _unfitted(problem, effects)
 
     def _problem(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> MotionProblem:
         return self._at_hand(coarse(super()._problem(effects, model)))
@@ -213,15 +216,13 @@ class MissingBench(MotionWorkbench):
             found = replace(found, first=replace(found.first, problem=begun))
         step = min(problem.step_s, self._fine.step_s, *([] if self._steps is None else [self._steps.step_s]))
         fine = resolved(replace(problem, step_s=step))
-        if not free_parameters(fine):
-            return replace(found, problem=fine, fit=_unfitted(fine, ()).fit, objective=None)
-        if fine.step_s == problem.step_s:
-            return replace(found, problem=fine)
-        names = [parameter.name for parameter in problem.parameters]
-        begun = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
-        objective = fitted_objective(begun)
-        last = fit(motion_plan(begun, [_LAST], 1, objective), self.progress)
-        return replace(found, problem=begun, fit=last, objective=objective)
+        if free_parameters(fine):
+            if fine.step_s == problem.step_s:
+                return replace(found, problem=fine)
+            names = [parameter.name for parameter in problem.parameters]
+            fine = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
+        last = self._fit(fine, (), [_LAST])
+        return replace(found, problem=fine, fit=last.fit, objective=last.fitted)
 
 
 def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:

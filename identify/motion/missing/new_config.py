@@ -94,9 +94,9 @@ def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:
 
 def _law(data: Any, problem: MotionProblem) -> None:
     """How dry friction passes through zero, where that was changed."""
-    part = data.setdefault("friction", CommentedMap())
-    if part.get("smoothing", FrictionSettings().smoothing) != problem.file.study.friction.smoothing:
-        part["smoothing"] = problem.file.study.friction.smoothing
+    found = problem.file.study.friction.smoothing
+    if data.get("friction", {}).get("smoothing", FrictionSettings().smoothing) != found:
+        data.setdefault("friction", CommentedMap())["smoothing"] = found
 
 
 def _short(value: float) -> float:

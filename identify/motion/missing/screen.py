@@ -166,7 +166,7 @@ def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
     arrays = problem.table.arrays(model.fit.values[None])
     if not any(np.any(arrays[key]) for key in dry):
         return []
-    [other] = {"root", "tanh"} - {problem.file.study.friction.smoothing}
+    [other] = LAWS.keys() - {problem.file.study.friction.smoothing}
     law = problem.with_smoothing(cast(Smoothing, other))
     left = sight.beyond(fitted_objective(law).near_rows(model.fit.values[None]).T)
     odds = sight.log_odds(float(np.sum(left**2)), 0, 1)
