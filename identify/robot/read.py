@@ -39,6 +39,11 @@ def read_robot(settings: RobotSettings, folder: Path, *, unknown_bodies: bool = 
         robot = read_urdf(folder / settings.urdf, choice=choice, arguments=settings.arguments, **more)
     else:
         robot = read_dh(folder / (settings.dh or Path()), **more)
+    return carrying(robot, settings)
+
+
+def carrying(robot: Robot, settings: RobotSettings) -> Robot:
+    """A robot as its file describes it, with the payloads of a config."""
     for number, payload in enumerate(settings.payload):
         xx, yy, zz, xy, xz, yz = payload.inertia_kg_m2
         inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -19,6 +19,7 @@ from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
+from identify.setup.soft import springs_explain
 from identify.setup.stated import Stated, stated
 from identify.setup.within import times, within
 from identify.vibration.problem import Problem
@@ -94,6 +95,8 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
         found = Found(Looked(now.gap), first)
     elif abs(first.level) < SLIGHT and small:
         found = _found(as_stated, searched_where_slight(as_stated, first), now.gap)
+    elif springs_explain(first, as_stated.uncertainty):
+        found = Found(Looked(now.gap), first)
     else:
         found = _found(as_stated, searched(as_stated, first), now.gap)
         if found.looked.diagnosis is None:

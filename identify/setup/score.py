@@ -71,7 +71,7 @@ def scored(
     given = [] if start is None else [scale.to_x(start)]
     scaled = [scale.to_x(values) for values in scaled_drives(problem)]
     starts = np.clip([*given, *scaled], *scale.bounds())
-    costs = magnitudes.costs(np.array([scale.to_values(x) for x in starts]))
+    costs = magnitudes.of_first().costs(scale.to_values(starts))
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
         x = _led(magnitudes, scale, x, GaussNewton(evaluations=_TOWARDS, tolerance=2e-3))

@@ -14,16 +14,26 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.score import ROUGH, Score, scored
+from identify.setup.within import within
 from identify.vibration.all_springs import all_springs, usual_stiffness
+from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.problem import Problem, with_effects, with_given
 
-_LINES, _SETS = 10, 2
+_LINES = 10
 _STEPS = GaussNewton(evaluations=20, tolerance=5e-3)
 
 
 def softened(score: Score) -> Score:
     """A variant with every spring free, fitted from what was found without; of fewer lines; made once."""
     return score.once("softened", lambda: _softened(score))
+
+
+def springs_explain(score: Score, uncertain: UncertaintySettings | None) -> bool:
+    """Whether every spring that may be missing explains all that a variant leaves, down to the noise: then
+    nothing is left that only a mistake would explain.
+    """
+    soft = softened(score)
+    return soft.cost <= ROUGH and within(soft, uncertain).explained
 
 
 def _softened(score: Score) -> Score:
@@ -39,8 +49,8 @@ def _softened(score: Score) -> Score:
 
 
 def _smaller(problem: Problem) -> Problem:
-    """The first measurements at every other line or so: a dense model takes its time."""
-    some = [m.given for m in problem.measurements[:_SETS]]
+    """Every other line or so: a dense model takes its time."""
+    some = [m.given for m in problem.measurements]
     return with_given(
         problem,
         [replace(one, data=one.data.evenly(_LINES)) for one in some],  # type: ignore[union-attr]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,8 @@ from identify.measured.frf_set import FrfSet
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point, check_links
-from identify.robot.read import read_robot
+from identify.robot.read import carrying, read_robot
+from identify.robot.settings import RobotSettings
 from identify.setup.edits import Change, OnLink, edited
 from identify.vibration.given import Given, as_modelled, given_of, in_band, posture_of, read_as_they_are
 from identify.vibration.nuisances.settings import UncertaintySettings
@@ -59,9 +60,19 @@ class Stated:
     @property
     def robot(self) -> Robot:
         """The robot as the study describes it."""
-        key = self.study.robot.model_dump_json()
+        settings = self.study.robot
+        return self._once(settings, lambda: carrying(self._bare, settings))
+
+    @property
+    def _bare(self) -> Robot:
+        """The same without payloads: its file is read once for all of them."""
+        settings = self.study.robot.model_copy(update={"payload": []})
+        return self._once(settings, lambda: read_robot(settings, self.file.path.parent))
+
+    def _once(self, settings: RobotSettings, make: Callable[[], Robot]) -> Robot:
+        key = settings.model_dump_json()
         if key not in self.robots:
-            self.robots[key] = read_robot(self.study.robot, self.file.path.parent)
+            self.robots[key] = make()
         return self.robots[key]
 
     @property

@@ -8,6 +8,7 @@ afterwards.  The valley of logarithms is wide, that of magnitudes alone wider st
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from copy import copy
 
 import numpy as np
@@ -54,8 +55,7 @@ class LogShape(ProductObjective):
         ]
         self._last: tuple[bytes, list[Slopes]] = (b"", [])
         self.moving = sum(map(len, self._seen))
-        self.count = sum(2 * weight.size for weight in self._weights)
-        self._square = sum(float(np.sum(weight**2)) for weight in self._weights)
+        self.count, self._square = _sizes(self._weights)
         if not self._square:
             raise InputError("points", "no channel that the model moves", "points on links that move")
 
@@ -63,6 +63,17 @@ class LogShape(ProductObjective):
         """The same of magnitudes alone."""
         other = copy(self)
         other._phases = 0.0
+        return other
+
+    def of_first(self) -> LogShape:
+        """The same of the first measurement alone that the model moves: of many candidates it tells which are
+        of the right size.
+        """
+        first = next(number for number, seen in enumerate(self._seen) if len(seen))
+        other, only = copy(self), slice(first, first + 1)
+        other.targets, other._seen, other._last = self.targets[only], self._seen[only], (b"", [])
+        other._weights, other._measured = self._weights[only], self._measured[only]
+        other.count, other._square = _sizes(other._weights)
         return other
 
     def costs(self, candidates: Array) -> Array:
@@ -132,6 +143,11 @@ class LogShape(ProductObjective):
         """Of predicted over measured."""
         logs = logarithm(h[..., seen] / self._measured[number])
         return np.asarray(np.clip(logs.real, -_FARTHEST, _FARTHEST) + self._phases * logs.imag, dtype=complex)
+
+
+def _sizes(weights: Sequence[Array]) -> tuple[int, float]:
+    """How many real residuals have these weights, and the sum of their squares."""
+    return sum(2 * one.size for one in weights), sum(float(np.sum(one**2)) for one in weights)
 
 
 def _seen(target: FrfTarget, values: Array) -> Index:
