@@ -109,7 +109,7 @@ def _rows() -> Iterator[tuple[str, str, int, str, list[str]]]:
     for name in VIBRATION:
         code, last = (2, "error: ") if name in NO_FRF + CHIRP else (0, "next: a study takes these modes")
         yield "modes", name, code, last, ["--no-report"]
-        little = "--postures 1 --impacts 1 --sensors 1 --among 2 --noise 0.003 --resolution 15 --no-report"
+        little = "--postures 1 --impacts 1 --sensors 1 --among 2 --noise 0.003 --resolution 5 --no-report"
         planned = (2, "error: ") if name in NO_FRF else (0, "wrote")
         yield "plan", name, *planned, little.split()
     yield "excite", "excite", 0, "next: run reports/excite.csv", ["--draws", "10", "--no-report"]

@@ -41,13 +41,7 @@ def hidden(folder: Path, case: str, seed: int) -> Path:
     arm = MAKES["compact"](seed).at_points(NODES)
     spec = hide(TestSpec(arm=arm, seed=seed, averages=2, binary=True, oversampling=8), case)
     generate(replace(spec, case=case), folder / case)
-    return config_of(folder / case, folder, extra="starts: 5")
-
-
-@pytest.fixture(scope="module")
-def delayed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The config of a test whose responses are late."""
-    return hidden(tmp_path_factory.mktemp("delay"), "delay", 3)
+    return config_of(folder / case, folder, extra="starts: 2")
 
 
 @pytest.fixture(scope="module")
@@ -189,19 +183,21 @@ def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert result.verdict[0].startswith("Nothing is missing")
 
 
-def test_without_validation_channels_are_left_out_instead(delayed: Path, tmp_path: Path) -> None:
-    config = tmp_path / "delay.yaml"
-    config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", delayed.read_text()))
+def test_without_validation_channels_are_left_out_instead(tmp_path: Path) -> None:
+    config = hidden(tmp_path, "delay", 3)
+    config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", config.read_text()))
     result, _ = run_discover(config, tmp_path / "r.h5", {}, Story(), workers=1)
     assert result.added.sentence == ("time delay of all responses",)
     assert "left out" in result.elsewhere
     assert np.isfinite(result.steps["0"].gap_validation)
 
 
-def test_an_interrupted_run_goes_on_to_the_same_end(delayed: Path, tmp_path: Path) -> None:
+def test_an_interrupted_run_goes_on_to_the_same_end(
+    tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path
+) -> None:
     """Interrupted once the dense fit has been made."""
-    config, out = delayed, tmp_path / "parts.h5"
-    whole, _ = run_discover(config, tmp_path / "whole.h5", {}, Story(), workers=1)
+    whole, written, _ = tilted
+    config, out = written[0].parents[1] / "tilt_j2.yaml", tmp_path / "parts.h5"
 
     def stop(sentence: str) -> None:
         if "refitted on all lines" in sentence:
@@ -213,7 +209,7 @@ def test_an_interrupted_run_goes_on_to_the_same_end(delayed: Path, tmp_path: Pat
     assert part is not None
     assert len(part.records) > 0
     rest, _ = run_discover(config, out, {}, Story(), workers=1, resume=True)
-    assert rest.added.sentence == ("time delay of all responses",)
+    assert rest.added.sentence == whole.added.sentence != ()
     assert rest.added.config == whole.added.config
     assert rest.after.parameters.value.tolist() == whole.after.parameters.value.tolist()
 
