@@ -88,7 +88,7 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
             fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
             best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
             story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
-            closed += [pruned(one, story.say, unseen) for one in best]
+            closed += [_without(one, story, unseen) for one in best]
         likeliest = max(closed, key=_evidence)
     return _said(likeliest, unseen, story.say)
 
@@ -106,13 +106,26 @@ def _with_links_as_told(
     elif _open(fits):
         fits = _further(fits[0], story, 1)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
-    models = [(one, pruned(one, story.say, unseen)) for one in fits if one.gap < _FAR or story.late]
+    models = [(one, _without(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
     again = [one for one, model in models if _may_stand_for_others(one, model, structure)]
     for one in again:
         if not story.late:
             fit = afresh(one)
-            models.append((fit, pruned(fit, story.say, unseen)))
+            models.append((fit, _without(fit, story, unseen)))
     return [model for _, model in models]
+
+
+def _without(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
+    """The fit without units that have no evidence, and where the axes of a bearing that stays are turned,
+    without what only stood for that: no bearing is softest exactly along the axes of its joint's frame.
+    """
+    model = pruned(found, story.say, unseen)
+    pays = PAYS * price(found.unknowns.count)
+    for trial in _coupled(model.found):
+        if trial.gain > pays and not story.late:
+            turned = pruned(gone_on(model.found, trial.effects, {}), story.say, unseen)
+            model = max(model, turned, key=_evidence)
+    return model
 
 
 def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:

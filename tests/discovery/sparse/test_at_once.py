@@ -227,20 +227,31 @@ def _turned(stiffness: Sequence[float], turned_deg: float) -> list[float]:
     return [true[0, 0], true[1, 1], true[0, 1]]
 
 
-def test_a_bearing_far_softer_in_one_direction_is_found_whatever_that_is(tmp_path: Path) -> None:
-    """Between the axes and halfway between these, where no two compliances of those four are the truth."""
+@pytest.mark.parametrize(
+    ("case", "ratio", "turned_deg", "said"),
+    [
+        ("turned_tilt_j2", 20.0, 67.5, "tilt compliance of joint 2 (rx, ry, coupled)"),
+        ("turned_radial_j3", 4.0, 4.0, "radial compliance of joint 3 (tx, ty, coupled)"),
+    ],
+)
+def test_a_bearing_is_softest_in_whatever_direction_it_is(
+    case: str, ratio: float, turned_deg: float, said: str, tmp_path: Path
+) -> None:
+    """Between the axes and halfway between these, where no two compliances of those four are the truth; and
+    near an axis, where next to nothing is open without it.
+    """
     spec = TestSpec(MAKES["compact"](5).at_points(NODES), seed=5, averages=2, binary=True, oversampling=8)
-    test = hide(spec, "turned_tilt_j2")
+    test = hide(spec, case)
     [effect] = test.effects
     softest = min(effect.stiffness)
-    bearing = replace(effect, stiffness=(softest, 20 * softest), turned_deg=67.5)
+    bearing = replace(effect, stiffness=(softest, ratio * softest), turned_deg=turned_deg)
     generate(replace(test, effects=(bearing,), case="test"), tmp_path / "test")
     config = config_of(tmp_path / "test", tmp_path)
     with one_thread():
         [named] = explain(decimated(timed(load_problem(read_study(config))))).named
-    assert named.effect.sentence() == "tilt compliance of joint 2 (rx, ry, coupled)"
-    found = [named.values[f"joint2.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
-    assert found == pytest.approx(_turned(bearing.stiffness, 67.5), rel=0.05)
+    assert named.effect.sentence() == said
+    found = [value for name, value in named.values.items() if name.endswith("stiffness")]
+    assert found == pytest.approx(_turned(bearing.stiffness, turned_deg), rel=0.05)
 
 
 def test_a_strut_is_scored_along_any_direction(hammered: Hammered) -> None:
