@@ -19,11 +19,12 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
+from identify.setup import check as setup_of_check
 from identify.setup import fit as setup_of_fit
 from identify.setup.apply import write_corrected
 from identify.setup.bounds import no_phases, placeholders
 from identify.setup.check import run_checks
-from identify.setup.diagnosis import look
+from identify.setup.diagnosis import Looked, look
 from identify.setup.edits import Edit, OnLink, in_words
 from identify.setup.fit import advise, check_set_up
 from identify.vibration.problem import load_problem
@@ -40,9 +41,19 @@ def tenfold(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
 
 
-def test_check_names_it_and_writes_the_corrected_study_beside(tenfold: Path) -> None:
+@pytest.fixture(scope="module")
+def looked(tenfold: Path) -> Looked:
+    """What a look at it found."""
+    return look(load_problem(read_study(tenfold)))
+
+
+def test_check_names_it_and_writes_the_corrected_study_beside(
+    tenfold: Path, looked: Looked, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = tenfold.read_bytes()
-    done = CliRunner().invoke(app, ["check", str(tenfold), "--apply"])
+    with monkeypatch.context() as patch:
+        patch.setattr(setup_of_check, "look", lambda _: looked)
+        done = CliRunner().invoke(app, ["check", str(tenfold), "--apply"])
     assert done.exit_code == 0, done.output
     said = " ".join(done.output.split())
     assert "All FRFs are 10 times what they should be" in said
@@ -61,11 +72,12 @@ def test_without_a_mistake_there_is_nothing_to_apply(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*_corrected*"))
 
 
-def test_fit_advises_and_discover_does_not_begin(tenfold: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fit_advises_and_discover_does_not_begin(
+    tenfold: Path, looked: Looked, monkeypatch: pytest.MonkeyPatch
+) -> None:
     problem = load_problem(read_study(tenfold))
     assert advise(problem, 5.0) == [], "no large gap"
-    found = look(problem)
-    monkeypatch.setattr(setup_of_fit, "look", lambda *_: found)  # once for both
+    monkeypatch.setattr(setup_of_fit, "look", lambda *_: looked)
     assert "10 times" in advise(problem, 90.0)[0]
     with pytest.raises(InputError, match="--as-stated"):
         check_set_up(problem)

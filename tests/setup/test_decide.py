@@ -23,12 +23,15 @@ from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
 from identify.setup.search import Candidate, Searched, _again, _better, _round
 from identify.setup.sentences import sentences
+from identify.setup.soft import springs_explain
 from identify.setup.stated import LINES, Stated
 from identify.setup.within import Within, levelled, times, within
 from identify.vibration.log_shape import frf_targets
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.setup import studies
+
+KOBE = Path(__file__).parents[2] / "configs" / "kobe_36dof.yaml"
 
 
 @pytest.fixture(scope="module")
@@ -183,6 +186,18 @@ def test_a_right_study_beside_stated_uncertainty_is_asked_nothing(
     found = look(load_problem(read_study(path)))
     assert found.diagnosis is None
     assert found.gap < 1.15
+
+
+def test_where_every_spring_explains_the_data_no_mistake_is_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As of the published arm, whose guesses are rough; springs explain no joint that turns the other way."""
+    monkeypatch.setattr(diagnosis, "searched", None)
+    found = look(load_problem(read_study(KOBE)))
+    assert found.diagnosis is None
+    assert found.gap > 5
+    wrong = studies.of(tmp_path, studies.config(joint_angles={"sign": [1, -1, 1, 1, 1, 1]}))
+    assert not springs_explain(scored(wrong.problem()), None)
 
 
 def test_files_are_told_apart_where_the_first_is_not_fitted(tmp_path: Path) -> None:

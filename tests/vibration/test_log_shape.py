@@ -28,6 +28,13 @@ def test_a_level_does_not_count_and_is_read_off(problem: Problem) -> None:
     assert tenfold.level(values) - own.level(values) == pytest.approx(np.log(10))
 
 
+def test_the_first_measurement_alone_is_a_study_of_it(problem: Problem) -> None:
+    values = problem.initial[None]
+    alone = LogShape(replace(problem, measurements=problem.measurements[:1]))
+    assert LogShape(problem).of_first().costs(values) == pytest.approx(alone.costs(values))
+    assert LogShape(problem).costs(values) != pytest.approx(alone.costs(values), rel=1e-3)
+
+
 def test_a_delay_turns_phases_and_no_magnitudes(problem: Problem) -> None:
     values, late = problem.initial[None], _times(problem, lambda f: np.exp(-2j * np.pi * f * 2e-3))
     own, delayed = LogShape(problem), LogShape(late)
