@@ -183,21 +183,28 @@ def test_nothing_is_added_where_nothing_is_hidden(tmp_path: Path) -> None:
     assert result.verdict[0].startswith("Nothing is missing")
 
 
-def test_without_validation_channels_are_left_out_instead(tmp_path: Path) -> None:
-    config = hidden(tmp_path, "delay", 3)
+@pytest.fixture(scope="module")
+def delayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[DiscoveryResult, Path]:
+    """Late responses, found without measurements to validate with: the result, and the config."""
+    folder = tmp_path_factory.mktemp("delay")
+    config = hidden(folder, "delay", 3)
     config.write_text(re.sub(r"\n  - \{file: '[^']*posture3[^\n]*", "", config.read_text()))
-    result, _ = run_discover(config, tmp_path / "r.h5", {}, Story(), workers=1)
+    result, _ = run_discover(config, folder / "r.h5", {}, Story(), workers=1)
+    return result, config
+
+
+def test_without_validation_channels_are_left_out_instead(delayed: tuple[DiscoveryResult, Path]) -> None:
+    result, _ = delayed
     assert result.added.sentence == ("time delay of all responses",)
     assert "left out" in result.elsewhere
     assert np.isfinite(result.steps["0"].gap_validation)
 
 
 def test_an_interrupted_run_goes_on_to_the_same_end(
-    tilted: tuple[DiscoveryResult, list[Path], list[str]], tmp_path: Path
+    delayed: tuple[DiscoveryResult, Path], tmp_path: Path
 ) -> None:
     """Interrupted once the dense fit has been made."""
-    whole, written, _ = tilted
-    config, out = written[0].parents[1] / "tilt_j2.yaml", tmp_path / "parts.h5"
+    (whole, config), out = delayed, tmp_path / "parts.h5"
 
     def stop(sentence: str) -> None:
         if "refitted on all lines" in sentence:
