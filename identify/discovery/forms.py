@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
+from identify.core.thresholds import MATERIAL
 from identify.discovery.decimated import decimated
 from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
 from identify.discovery.misalignment import misaligned_task
@@ -41,8 +42,11 @@ def in_other_forms(workers: Workers, state: State, story: Story) -> State:
         better = _exchanged(workers, state, _places if closed(state.model) else _forms)
         if better is None:
             break
+        fell = state.model.gap - better.model.gap >= MATERIAL
         state = _turned(workers, better)
         story.say(f"In other forms: {state.added[0].effect.sentence()}, gap {state.model.gap:.2f}.")
+        if not (fell or closed(state.model)):
+            break  # where much is open there is always another form, with overwhelming odds
     return state if story.late else _beside_rivals(workers, state)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.core.errors import InputError, InputErrors
 from identify.core.threads import one_thread
-from identify.core.thresholds import CONVINCING
+from identify.core.thresholds import CONVINCING, QUIET
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.brakes import brake
 from identify.setup.constants import NEAR, Factor, near
@@ -98,9 +98,7 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     elif springs_explain(first, as_stated.uncertainty):
         found = Found(Looked(now.gap), first)
     else:
-        found = _found(as_stated, searched(as_stated, first), now.gap)
-        if found.looked.diagnosis is None:
-            found = Found(Looked(now.gap, _braked(as_stated, first, now.gap)), first)
+        found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), now.gap))
     if too_stiff(found.corrected):
         return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
@@ -145,8 +143,43 @@ def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
     return Found(Looked(gap, told), best.score)
 
 
-def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
-    """Where nothing explains all files, a drive that is another in one of them may."""
+def _and_braked(as_stated: Stated, found: Found) -> Found:
+    """Where files disagree beside what was found, with a drive that is another in one of them; and with what
+    explains the others beside that.
+    """
+    gap, named = found.looked.gap, found.looked.diagnosis
+    if named is not None and named.gap_after <= QUIET:
+        return found
+    known = as_stated if named is None else as_stated.changed(named.edits)
+    braked = _braked(known, found.corrected, gap if named is None else named.gap_after)
+    if braked is None:
+        return found
+    more, number = braked
+    if named is not None:
+        return replace(found, looked=Looked(gap, _joined(named, more)))
+    others = replace(as_stated, sets={n: data for n, data in as_stated.sets.items() if n != number})
+    beside = _look(others, None).diagnosis if more.gap_after > QUIET else None
+    return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
+
+
+def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:
+    """Both, as one after the other was found."""
+    return Diagnosis(
+        (*one.mistakes, *more.mistakes),
+        min(one.probability, more.probability),
+        one.gap_before,
+        more.gap_after,
+        (*one.edits, *more.edits),
+        tuple(
+            (*first, *second)
+            for first in (one.mistakes, *one.instead)
+            for second in (more.mistakes, *more.instead)
+        )[1:],
+    )
+
+
+def _braked(as_stated: Stated, first: Score, gap: float) -> tuple[Diagnosis, int] | None:
+    """A drive that is another in one file than in the others, where that has evidence; the file's number."""
     found = brake(as_stated, first)
     if found is None:
         return None
@@ -156,7 +189,7 @@ def _braked(as_stated: Stated, first: Score, gap: float) -> Diagnosis | None:
     if log_odds < CONVINCING or after >= gap:
         return None
     mistake = Mistake("brake", found.sentence(as_stated))
-    return Diagnosis((mistake,), _sure(log_odds), gap, after, (found.edit,))
+    return Diagnosis((mistake,), _sure(log_odds), gap, after, (found.edit,)), found.number
 
 
 def _gap(one: _Put) -> float:
@@ -182,15 +215,8 @@ def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool 
         mistake = Mistake(hypothesis.code, sentence)
         if inner.diagnosis is None:
             return Looked(quick, Diagnosis((mistake,), _BY_SIZE, quick, inner.gap, hypothesis.edits))
-        more = inner.diagnosis
-        both = replace(
-            more,
-            mistakes=(mistake, *more.mistakes),
-            edits=(*hypothesis.edits, *more.edits),
-            instead=tuple((mistake, *one) for one in more.instead),
-            gap_before=quick,
-        )
-        return Looked(quick, both)
+        alone_there = Diagnosis((mistake,), 1.0, quick, inner.gap, hypothesis.edits)
+        return Looked(quick, _joined(alone_there, inner.diagnosis))
     return None
 
 

@@ -10,13 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.discovery import forms
 from identify.discovery.decimated import decimated
 from identify.discovery.forms import in_other_forms
 from identify.discovery.misalignment import may_be_misaligned, misaligned_task
 from identify.discovery.neighbours import neighbours
 from identify.discovery.state import Added, State
 from identify.discovery.strut import _Strut, strut_task
-from identify.discovery.task import Task
+from identify.discovery.task import Task, Trial
 from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
@@ -116,6 +117,28 @@ def test_a_body_fixed_to_a_link_is_not_left_a_resonator(problem: Problem) -> Non
         found = in_other_forms(workers, State(measured, model, (Added(resonator, 100.0),)), Story())
     assert found.added[0].effect.sentence() == f"added body (mass, centre, inertia) on {last}"
     assert found.model.values[f"{last}.mass"] == pytest.approx(2.5, rel=0.05)
+
+
+@pytest.mark.parametrize(("share", "rounds"), [(0.999, 1), (0.7, 5)])
+def test_another_form_is_tried_as_long_as_the_last_one_helped(
+    share: float, rounds: int, problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where much is open and nothing closes it there is always one more, with overwhelming odds."""
+    asked = list[float]()
+
+    def better(workers: Workers, state: State, others: object) -> State | None:
+        asked.append(state.model.gap)
+        return replace(state, model=replace(state.model, squares=share * state.model.squares))
+
+    body = parse_effect({"kind": "added-mass", "link": problem.robot.links[-1].name})
+    monkeypatch.setattr(forms, "_exchanged", lambda *a: None if len(asked) == 5 else better(*a))
+    monkeypatch.setattr(forms, "_turned", lambda workers, state: state)
+    monkeypatch.setattr(forms, "_beside_rivals", lambda workers, state: state)
+    model = Trial(Task((), (body,), {}), {}, 400.0, 100)
+    with Workers(problem, 1) as workers:
+        found = in_other_forms(workers, State(problem, model, (Added(body, 100.0),)), Story())
+    assert len(asked) == rounds
+    assert found.model.squares == pytest.approx(400 * share**rounds)
 
 
 @pytest.mark.parametrize("misalignment", [0.03, 0.0])

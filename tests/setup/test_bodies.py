@@ -133,6 +133,17 @@ def test_a_brake_is_on_in_one_file(factor: float, number: int, tmp_path: Path) -
     assert [one.use for one in kept] == ["validate" if n == number else "fit" for n in range(2)]
 
 
+def test_a_brake_is_on_beside_a_mistake_in_all_files(tmp_path: Path) -> None:
+    measurements = studies.simulated(tmp_path, {"joint6.rz.stiffness": 6.0})
+    wrong = {"sign": [1, -1, 1, 1, 1, 1]}
+    path = studies.written(tmp_path, studies.config(measurements=measurements, joint_angles=wrong))
+    found = look(load_problem(read_study(path))).diagnosis
+    assert found is not None
+    assert found.codes == ("joint-sign", "brake")
+    assert [edit.key for edit in found.edits if isinstance(edit, Edit)][-1] == ("measurements", 1, "use")
+    assert found.gap_after < 1.15
+
+
 def test_no_brake_where_files_agree_or_there_is_one(tmp_path: Path) -> None:
     told = studies.of(tmp_path, studies.config())
     first = scored(told.problem())

@@ -116,12 +116,12 @@ def _with_links_as_told(
 
 
 def _without(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
-    """The fit without units that have no evidence, and where the axes of a bearing that stays are turned,
-    without what only stood for that: no bearing is softest exactly along the axes of its joint's frame.
+    """The fit without units that have no evidence, and where that explains the data, but the axes of a
+    bearing are turned, without what only stood for that: none is softest exactly along those of its joint.
     """
     model = pruned(found, story.say, unseen)
     pays = PAYS * price(found.unknowns.count)
-    for trial in _coupled(model.found):
+    for trial in _coupled(model.found) if model.closed else ():
         if trial.gain > pays and not story.late:
             turned = pruned(gone_on(model.found, trial.effects, {}), story.say, unseen)
             model = max(model, turned, key=_evidence)
