@@ -80,7 +80,7 @@ def brake(stated: Stated, first: Score) -> Brake | None:
 
 def _in(stated: Stated, first: Score, number: int) -> Iterator[Brake]:
     """Every drive, in one file."""
-    rest = replace(stated, sets={n: data for n, data in stated.sets.items() if n != number})
+    rest = stated.without(number)
     if not any(one.use == "fit" for one in rest.measured):
         return
     others = scored(rest.problem(), first.values)

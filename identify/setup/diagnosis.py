@@ -157,8 +157,7 @@ def _and_braked(as_stated: Stated, found: Found) -> Found:
     more, number = braked
     if named is not None:
         return replace(found, looked=Looked(gap, _joined(named, more)))
-    others = replace(as_stated, sets={n: data for n, data in as_stated.sets.items() if n != number})
-    beside = _look(others, None).diagnosis if more.gap_after > QUIET else None
+    beside = _look(as_stated.without(number), None).diagnosis if more.gap_after > QUIET else None
     return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
 
 

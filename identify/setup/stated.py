@@ -93,6 +93,10 @@ class Stated:
                 points[edit.node] = edit.point or replace(points[edit.node], link=edit.link)
         return replace(self, file=self.file.model_copy(update={"study": study}), data=data, points=points)
 
+    def without(self, number: int) -> Stated:
+        """The same without a measurement."""
+        return replace(self, sets={n: data for n, data in self.sets.items() if n != number})
+
     def glanced(self) -> Stated:
         """The same at fewer lines of fewer measurements, for a first look at many variants."""
         return replace(self, sets=dict(list(self.sets.items())[:_GLANCED_SETS]), lines=_GLANCED)

@@ -144,6 +144,17 @@ def test_a_brake_is_on_beside_a_mistake_in_all_files(tmp_path: Path) -> None:
     assert found.gap_after < 1.15
 
 
+def test_what_a_brake_hid_is_asked_of_the_other_files(tmp_path: Path) -> None:
+    true = studies.each(window_decay_per_s=8.0)
+    measurements = studies.simulated(tmp_path, {"joint6.rz.stiffness": 4.0}, measurements=true)
+    without = [{k: v for k, v in one.items() if k != "window_decay_per_s"} for one in measurements]
+    path = studies.written(tmp_path, studies.config(measurements=without))
+    found = look(load_problem(read_study(path))).diagnosis
+    assert found is not None
+    assert found.codes == ("brake", "window")
+    assert found.gap_after < 0.1
+
+
 def test_no_brake_where_files_agree_or_there_is_one(tmp_path: Path) -> None:
     told = studies.of(tmp_path, studies.config())
     first = scored(told.problem())

@@ -6,13 +6,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.arrays import Array, Mask
-from identify.core.bounded import bounded_step
 from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.dense import (
     bodies,
@@ -22,19 +19,19 @@ from identify.discovery.sparse.dense import (
     of_all,
     relaxations,
 )
-from identify.discovery.sparse.dictionary import Beside, candidates, gain_of
+from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import (
     PAYS,
     believable,
     price,
     weighed,
 )
-from identify.discovery.sparse.fit import STEPS, Found, afresh, begun, dense_fit, gone_on, of_units, settled
+from identify.discovery.sparse.fit import STEPS, Found, afresh, dense_fit, gone_on, of_units, settled
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.named import named, sensor_of
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.objective import Local, Penalised
 from identify.discovery.sparse.prune import SEEN, Pruned, Say, Unseen, costs_of_dropping, pruned
+from identify.discovery.sparse.quadratic import Quadratic
 from identify.discovery.sparse.unknowns import Unit
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -88,7 +85,7 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
             fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
             best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
             story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
-            closed += [_without(one, story, unseen) for one in best]
+            closed += [_aligned(one, story, unseen) for one in best]
         likeliest = max(closed, key=_evidence)
     return _said(likeliest, unseen, story.say)
 
@@ -106,18 +103,18 @@ def _with_links_as_told(
     elif _open(fits):
         fits = _further(fits[0], story, 1)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
-    models = [(one, _without(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
+    models = [(one, _aligned(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
     again = [one for one, model in models if _may_stand_for_others(one, model, structure)]
     for one in again:
         if not story.late:
             fit = afresh(one)
-            models.append((fit, _without(fit, story, unseen)))
+            models.append((fit, _aligned(fit, story, unseen)))
     return [model for _, model in models]
 
 
-def _without(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
-    """The fit without units that have no evidence, and where that explains the data, but the axes of a
-    bearing are turned, without what only stood for that: none is softest exactly along those of its joint.
+def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
+    """The fit without units that have no evidence.  Where that explains the data, axes of bearings that stay
+    are turned, and what only stood for that goes: none is softest exactly along those of its joint's frame.
     """
     model = pruned(found, story.say, unseen)
     pays = PAYS * price(found.unknowns.count)
@@ -332,7 +329,7 @@ def _linear(found: Found) -> Iterator[Trial]:
     absent = [new for some in families if (new := _absent(found, some))]
     if not absent:
         return
-    local = _Quadratic.about(found, (*found.effects, *(one for some in absent for one in some)), {})
+    local = Quadratic.about(found, (*found.effects, *(one for some in absent for one in some)), {})
     for some in absent:
         own = [unit for unit in local.units if unit.effect in some]
         yield Trial(local.gain(own), (*found.effects, *some), {}, sum(len(unit.all) for unit in own))
@@ -369,73 +366,9 @@ def _bodies(found: Found) -> Sequence[Effect]:
     return () if free else bodies(found.study)
 
 
-@dataclass(frozen=True)
-class _Quadratic:
-    """A fit with more effects about where these begin: curvature and slope of its objective without prices,
-    bounds of a step; present: unknowns of the fit that move; squares and count as there.
-    """
-
-    fit: Penalised
-    x: Array
-    local: Local
-    present: Mask
-
-    @classmethod
-    def about(cls, found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> _Quadratic:
-        """Where the new ones begin."""
-        unknowns, x = begun(found, effects, values)
-        fit = Penalised(unknowns, price=0.0)
-        present = unknowns.present(x) & np.isin(unknowns.names, found.unknowns.names)
-        return cls(fit, x, fit.local(x), present)
-
-    @property
-    def units(self) -> list[Unit]:
-        """All that may be missing."""
-        return self.fit.unknowns.units
-
-    def gain(self, units: Sequence[Unit]) -> float:
-        """What some units would gain beside what is present, in units of log likelihood with a free scale."""
-        return self._step(self._moving(units))[1] - self._by_itself
-
-    @cached_property
-    def _by_itself(self) -> float:
-        """What the fit gains without anything new."""
-        return self._step(self.present)[1]
-
-    @cached_property
-    def _objective(self) -> tuple[Array, Array]:
-        """Curvature (f, f) and slope (f,)."""
-        return self.fit.quadratic(self.x, self.local)
-
-    def there(self, units: Sequence[Unit]) -> dict[str, float]:
-        """Values of the unknowns that move where some units are, by name."""
-        moving = self._moving(units)
-        values = self.fit.unknowns.to_values(self.x + self._step(moving)[0])[self.fit.unknowns.free]
-        names = self.fit.unknowns.names
-        return {names[n]: float(values[n]) for n in np.flatnonzero(moving)}
-
-    def _moving(self, units: Sequence[Unit]) -> Mask:
-        moving = self.present.copy()
-        moving[[n for unit in units for n in unit.all]] = True
-        return moving
-
-    def _step(self, moving: Mask) -> tuple[Array, float]:
-        """(f,) of those that move, and what it gains."""
-        curvature, slope = self._objective
-        lower, upper = (side - self.x for side in self.fit.unknowns.limits)
-        own, change = np.ix_(moving, moving), np.zeros(len(self.x))
-        size = np.diag(curvature)[moving]
-        # Near the data the quadratic holds as far as errors that are far out would come back.
-        damping = 1e-9 if self.local.gap < CLOSED else 1e-3
-        damped = curvature[own] + np.diag(np.where(size > 0, damping * size, 1.0))
-        change[moving] = bounded_step(damped, slope[moving], lower[moving], upper[moving])
-        fall = float(slope @ change - 0.5 * change @ curvature @ change) * self.local.gap**2
-        return change, gain_of(2 * fall, self.local.product[-1, -1], self.fit.count)
-
-
 def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> float:
     """What other effects would gain where they begin."""
-    local = _Quadratic.about(found, effects, values)
+    local = Quadratic.about(found, effects, values)
     return local.gain([unit for unit in local.units if unit.effect not in found.effects])
 
 
@@ -469,7 +402,7 @@ def _coupled(found: Found) -> Iterator[Trial]:
     pairs = [(one, one.model_copy(update={"coupled": True})) for one in _uncoupled(found)]
     if not pairs:
         return
-    local = _Quadratic.about(found, exchanged(found.effects, pairs), {})
+    local = Quadratic.about(found, exchanged(found.effects, pairs), {})
     for one, turned in pairs:
         own = [unit for unit in local.units if unit.effect == turned]
         effects = exchanged(found.effects, [(one, turned)])
