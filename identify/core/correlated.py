@@ -33,15 +33,15 @@ _FIRST = 2
 """Octaves begin at this power of two of half waves in the record."""
 
 
-def correlation_time(residual: Array, used: Mask) -> float:
+def correlation_time(residual: Array, used: Mask, *, centred: bool = True) -> float:
     """Samples (at least 1) that one independent sample is worth, of one joint's residual (samples,): 1 + 2
-    sum of autocorrelations.
+    sum of autocorrelations; centred: about its mean, which otherwise is an error like any other.
 
     The sum ends at the first negative pair of neighbouring lags (initial positive sequence, Geyer 1992).
     """
     if used.sum() < 4:
         return 1.0
-    x = np.where(used, residual - residual[used].mean(), 0.0)
+    x = np.where(used, residual - (residual[used].mean() if centred else 0.0), 0.0)
     padded = np.fft.rfft(x, 2 * len(x))
     correlation = np.fft.irfft(np.abs(padded) ** 2)[: len(x)]
     if correlation[0] <= 0:

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import log_likelihood_gain
+from identify.core.correlated import correlation_time
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
@@ -76,17 +76,23 @@ class JudgingRecords:
     """Gains on the records that judge."""
 
     def gain(self, before: FittedMotion, after: FittedMotion) -> Gain:
-        """Log odds from the likelihood ratio of correlated residuals; explained: the fraction of the gap that
-        is gone.
+        """Log odds from the likelihood of Gaussian residuals; explained: the fraction of the gap that goes.
 
-        Where the records that judge were fitted, parameters have the price of Schwarz 1978.
+        Of each joint's signal the variance is that of its noise, or what the better model leaves where that
+        is more, and as many samples count as that residual has independent ones: what both models get wrong
+        is no evidence for either.  Where the records that judge were fitted, parameters have the price of
+        Schwarz 1978.
         """
         if not np.isfinite(after.gap):
             return Gain(-np.inf, -np.inf, confirmed=False, material=False)
         if not np.isfinite(before.gap):
             return Gain(np.inf, 1.0)
-        pairs = zip(before.residuals, after.residuals, strict=True)
-        log_odds = sum(_log_odds(old, new) for old, new in pairs) - _price(before, after)
+        log_odds, independent = 0.0, 0.0
+        for old, new in zip(before.residuals, after.residuals, strict=True):
+            for pair in zip(old.T, new.T, strict=True):
+                more, count = _log_odds(*pair)
+                log_odds, independent = log_odds + more, independent + count
+        log_odds -= _price(before, after, independent)
         return Gain(log_odds, 1 - after.gap / before.gap, after.gap < before.gap)
 
 
@@ -96,21 +102,29 @@ def judging(problem: MotionProblem) -> TrajectoryObjective:
     return TrajectoryObjective(problem, records, problem.file.study.noise)
 
 
-def _log_odds(before: Array, after: Array) -> float:
-    """What two residuals (samples, joints) of one signal say, joints together."""
-    total = 0.0
-    for old, new in zip(before.T, after.T, strict=True):
-        used = np.isfinite(old)
-        if used.any() and np.abs(old - new)[used].max() > _TOUCH:
-            total += log_likelihood_gain(old, new, used)[0]
-    return total
+def _log_odds(before: Array, after: Array) -> tuple[float, float]:
+    """What two residuals (samples,) of a joint's signal say for the second, and how many independent samples
+    they have.
+    """
+    used = np.isfinite(before)
+    if not used.any():
+        return 0.0, 0.0
+    old, new = before[used], after[used]
+    squares = float(np.mean(old**2)), float(np.mean(new**2))
+    better = after if squares[1] < squares[0] else before
+    count = float(used.sum()) / correlation_time(np.where(used, better, 0.0), used, centred=False)
+    if np.abs(old - new).max() <= _TOUCH:
+        return 0.0, count
+    return 0.5 * count * (squares[0] - squares[1]) / max(1.0, min(squares)), count
 
 
-def _price(before: FittedMotion, after: FittedMotion) -> float:
-    """Of the parameters that `after` has more, where they were fitted to the records that judge."""
+def _price(before: FittedMotion, after: FittedMotion, independent: float) -> float:
+    """Of the parameters that `after` has more, where they were fitted to the records that judge, of so many
+    independent samples.
+    """
     if any(record.settings.use == "validate" for record in after.problem.records):
         return 0.0
-    return (after.free - before.free) / 2 * float(np.log(judging(after.problem).count))
+    return (after.free - before.free) / 2 * float(np.log(max(independent, 2.0)))
 
 
 def free_parameters(problem: MotionProblem) -> int:

@@ -20,6 +20,7 @@ class Policy:
     parsimony: options that explain at least this part of what the best one explains are alike, and the
     smallest of them is taken; None: the likeliest.
     many: an effect with this many parameters can stand for many things, and is looked for anew at the end.
+    persistent: whether, where nothing of what was refitted is admitted, what promises less is refitted too.
     prune_each, rivals_each: whether effects are pruned, and rivals looked for, at every addition or in the
     end.
     """
@@ -31,5 +32,6 @@ class Policy:
     rival_part: float = -math.inf
     parsimony: float | None = None
     many: int = 8
+    persistent: bool = False
     prune_each: bool = False
     rivals_each: bool = True

@@ -30,9 +30,16 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
     screened = bench.screen(before, found, story)
     promising = bench.promising(before, screened)
     groups = [group for group in bench.refit(before, promising) if group]
-    criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
-    options = ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
+    criterion, options = _judged(bench, before, groups)
     chosen = choice(bench.policy, options)
+    while bench.policy.persistent and not chosen and not story.late:
+        more = bench.promising(before, [a for a in screened if a not in promising])
+        if not more:
+            break
+        promising = [*promising, *more]
+        groups += [group for group in bench.refit(before, more) if group]
+        criterion, options = _judged(bench, before, groups)
+        chosen = choice(bench.policy, options)
     step = Step(before, tuple(options), chosen, (), criterion)
     if not chosen:
         step = _with_pair(bench, step, screened, banned)
@@ -41,6 +48,14 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
         step = replace(step, rivals=rivals(bench.policy, criterion, step.best.model, step.best, others))
     rest = [Option(a.effect, a.model, a.size, UNKNOWN) for a in screened if a not in promising]
     return replace(step, options=(*step.options, *rest))
+
+
+def _judged(
+    bench: Workbench[E, M], before: M, groups: Sequence[Sequence[Attempt[E, M]]]
+) -> tuple[Criterion[M], list[Option[E, M]]]:
+    """How models are judged, and the best of each group, the likeliest first."""
+    criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
+    return criterion, ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
 
 
 def as_options(criterion: Criterion[M], before: M, attempts: Sequence[Attempt[E, M]]) -> list[Option[E, M]]:

@@ -20,7 +20,7 @@ from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.long_steps import LongSteps, changed
-from identify.motion.missing.screen import Promise, effect_of, promises
+from identify.motion.missing.screen import PART, Promise, effect_of, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -28,10 +28,8 @@ from identify.motion.study import MotionCandidate
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED, _PART = 3, 0.1
-"""Effects that are refitted in a turn, at most, and what part of the best one's log odds they promise: what
-is promised is to first order, and far from the truth.
-"""
+_TRIED = 3
+"""Effects that are refitted together, at most: what they promise is without what is free fitted anew."""
 _ENDED, _CLOSE = 2, 0.5
 """How many of them are fitted to their end, and what part of the best one's fall of ln gap they then have."""
 _STEP_SHARE, _PARTS = 0.1, 4
@@ -44,7 +42,7 @@ _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "toleranc
 _REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
 _BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
-POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0)
+POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0, persistent=True)
 
 
 class MissingBench(MotionWorkbench):
@@ -109,12 +107,12 @@ class MissingBench(MotionWorkbench):
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
         """The first few that are different, and what is the same as one of them."""
         known = {id(p.effect): p for p in self._promised[id(model)][1]}
-        most = max((promise.log_odds for promise in known.values()), default=0.0)
+        most = max((known[id(trial.effect)].log_odds for trial in screened), default=0.0)
         different, found = list[Promise](), list[Trial]()
         for trial in screened:
             promise = known[id(trial.effect)]
             new = not any(promise.same(one) for one in different)
-            if promise.log_odds < _PART * most or (new and len(different) == _TRIED):
+            if promise.log_odds < PART * most or (new and len(different) == _TRIED):
                 break
             different += [promise] if new else []
             found.append(trial)

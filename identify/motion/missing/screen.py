@@ -1,5 +1,6 @@
-"""What each effect of the catalogue would gain to first order: all amplitudes at zero, a simulation for each
-of them, side by side, and all that is searched already free to make up for it.
+"""What each effect of the catalogue would gain: all amplitudes at zero, a simulation for each of them, side
+by side, and all that is searched already free to make up for it; then a simulation where the best of these
+first-order solutions are, because the truth may be far from zero.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.correlated import correlation_time
+from identify.core.parameters import Scale
 from identify.model.laws.friction import Smoothing
 from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
@@ -28,6 +30,10 @@ _SOFTENED = 2.0
 """By how much a spring that is as stiff as can be is softened to see what it does."""
 _FARTHEST, _WIDEST = 1.0, 10.0
 """How far from where it is an effect starts: logarithm of a number that is not as stated; times its size."""
+_SHARES = 0.5 ** np.arange(4)
+"""Shares of what least squares asks for that are simulated: a line search without a slope."""
+PART = 0.1
+"""What promises less than this part of the best one's log odds is not looked at beside it."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +49,29 @@ class Place:
 
 
 @dataclass(frozen=True)
+class Lanes:
+    """A problem whose parameters start at `start` (p,), with what may be missing among them; columns: their
+    numbers by name.
+    """
+
+    problem: MotionProblem
+    start: Array
+    columns: Mapping[str, int]
+
+    def rows(self, moved: Array) -> Array:
+        """(m, count): residuals at parameters (m, p) less those at the start; NaN where motion ran away."""
+        rows = fitted_objective(self.problem).near_rows(np.vstack([self.start, moved]))
+        return np.asarray(rows[1:] - rows[0])
+
+    def slopes(self, moved: Array, steps: Array) -> Array:
+        """(count, m): the same over steps (m,); zero where the motion ran away."""
+        return np.asarray(np.nan_to_num((self.rows(moved) / steps[:, None]).T, posinf=0.0, neginf=0.0))
+
+
+@dataclass(frozen=True)
 class Promise:
-    """An effect, a kind at some of its places or a law in place of another (no kind), with what it would gain
-    to first order, natural logarithm of the odds, and where its parameters start, by name.
+    """An effect, a kind at some of its places or a law in place of another (no kind), with what it gains
+    where its parameters start (by name), natural logarithm of the odds.
     """
 
     kind: Kind | SpringKind | None
@@ -62,11 +88,34 @@ class Promise:
 
 
 @dataclass(frozen=True)
-class _Sight:
-    """Residuals over noise (count,) that nothing searched explains, an orthonormal basis (count, r) of what
-    is searched, how many of them are independent, and how many places are looked at.
+class _Solution:
+    """Places of a kind with the amplitudes (columns of all,) that least squares has for them, and what they
+    gain to first order, natural logarithm of the odds.
     """
 
+    places: Sequence[Place]
+    amplitudes: Array
+    log_odds: float
+
+    @property
+    def change(self) -> Array:
+        """(count,): of all residuals."""
+        return np.concatenate([place.columns for place in self.places], axis=1) @ self.amplitudes
+
+    def starts(self, share: float = 1.0) -> dict[str, float]:
+        """Where the parameters start, by name, with a share of the amplitudes."""
+        ends = np.cumsum([place.columns.shape[1] for place in self.places])
+        parts = zip(self.places, np.split(share * self.amplitudes, ends[:-1]), strict=True)
+        return {name: value for place, own in parts for name, value in _starts(place, own).items()}
+
+
+@dataclass(frozen=True)
+class _Sight:
+    """Residuals over noise (count,), and what of them nothing searched explains; an orthonormal basis (count,
+    r) of what is searched; how many residuals are independent, and how many places are looked at.
+    """
+
+    whole: Array
     residual: Array
     basis: Array
     independent: float
@@ -91,22 +140,32 @@ class _Sight:
 
 def promises(model: FittedMotion) -> list[Promise]:
     """All effects that promise something, the most promising first; of each kind the places that do."""
-    places = [*_numbers(model), *_springs(model)]
-    sight = _sight(model, len(places))
-    found = []
-    for kind in dict.fromkeys(id(place.kind) for place in places):
-        promise = _best([place for place in places if id(place.kind) == kind], sight)
-        found += [promise] if promise is not None else []
-    found += _laws(model, sight)
+    looks = [_numbers(model), *_springs(model)]
+    sight = _sight(model, sum(len(places) for _, places in looks))
+    solved, found = [(lanes, _solutions(places, sight)) for lanes, places in looks], _laws(model, sight)
+    most = max((one.log_odds for _, own in solved for one in own), default=0.0)
+    for lanes, own in solved:
+        found += _simulated(model, lanes, [one for one in own if one.log_odds >= PART * most], sight)
+        found += [
+            _promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
+        ]
     return sorted(found, key=lambda promise: -promise.log_odds)
+
+
+def _solutions(places: Sequence[Place], sight: _Sight) -> list[_Solution]:
+    """The best of each kind."""
+    kinds = {id(place.kind): place.kind for place in places}.values()
+    best = [_best([place for place in places if place.kind is kind], sight) for kind in kinds]
+    return [one for one in best if one is not None]
 
 
 def _sight(model: FittedMotion, tried: int) -> _Sight:
     objective, (residual, own) = model.objective, model.seen
     sizes = np.linalg.norm(own, axis=0)
     basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
-    left = np.sqrt(objective.count) * (residual - basis @ (basis.T @ residual))
-    return _Sight(left, basis, independent(objective, residual), max(tried, 2))
+    whole = np.sqrt(objective.count) * residual
+    left = whole - basis @ (basis.T @ whole)
+    return _Sight(whole, left, basis, independent(objective, residual), max(tried, 2))
 
 
 def independent(objective: TrajectoryObjective, row: Array) -> float:
@@ -121,7 +180,7 @@ def independent(objective: TrajectoryObjective, row: Array) -> float:
     return total
 
 
-def _numbers(model: FittedMotion) -> list[Place]:
+def _numbers(model: FittedMotion) -> tuple[Lanes, list[Place]]:
     """All kinds of numbers at all joints, by a simulation for each with that number off."""
     problem, values = model.problem, model.fit.values
     known, joints = kinds(problem, values), np.arange(len(problem.robot.joints))
@@ -129,8 +188,11 @@ def _numbers(model: FittedMotion) -> list[Place]:
     first = {key: len(values) + len(joints) * n for n, (key, _) in enumerate(where)}
     columns = {key: np.array([joints, at + joints]) for key, at in first.items()}
     table = replace(problem.table, columns={**problem.table.columns, **columns})
+    named = {f"joint{n + 1}.{key}": at + n for key, at in first.items() for n in joints.tolist()}
+    own = {parameter.name: n for n, parameter in enumerate(problem.parameters)}
     start = np.concatenate([values, *(row for _, row in where)])
-    moved, steps, of = [start], list[float](), list[tuple[Kind, int]]()
+    lanes = Lanes(replace(problem, table=table), start, {**named, **own})
+    moved, steps, of = list[Array](), list[float](), list[tuple[Kind, int]]()
     for kind in known:
         for joint in np.flatnonzero(np.isfinite(kind.size)):
             of.append((kind, int(joint)))
@@ -139,24 +201,79 @@ def _numbers(model: FittedMotion) -> list[Place]:
                 lane[first[key] + joint] = start[first[key] + joint] * np.exp(by) if kind.relative else by
                 moved.append(lane)
                 steps.append(by)
-    changes = _changes(replace(problem, table=table), np.array(moved), np.array(steps))
+    if not moved:
+        return lanes, []
+    changes = lanes.slopes(np.array(moved), np.array(steps))
     ends = np.cumsum([len(kind.where) for kind, _ in of])
-    return [
+    return lanes, [
         Place(kind, joint, changes[:, end - len(kind.where) : end], len(kind.where))
         for (kind, joint), end in zip(of, ends, strict=True)
     ]
 
 
-def _springs(model: FittedMotion) -> list[Place]:
+def _springs(model: FittedMotion) -> list[tuple[Lanes, list[Place]]]:
     """All springs that are rigid, by a simulation for each with that one softer."""
     found = []
     for kind, problem in rigid(model.problem, model.fit.values):
-        names, lanes = [p.name for p in problem.parameters], np.arange(len(kind.coordinates))
-        moved = np.tile(problem.initial, (len(lanes) + 1, 1))
-        columns = [names.index(f"{coordinate}.stiffness") for coordinate in kind.coordinates]
-        moved[1 + lanes, columns] /= _SOFTENED
-        changes = _changes(coarse(problem), moved, (_SOFTENED - 1) / kind.stiff)
-        found += [Place(kind, n, changes[:, [n]], 2) for n in lanes.tolist()]
+        columns, rows = (
+            {p.name: n for n, p in enumerate(problem.parameters)},
+            np.arange(len(kind.coordinates)),
+        )
+        lanes = Lanes(coarse(problem), problem.initial, columns)
+        moved = np.tile(problem.initial, (len(rows), 1))
+        moved[rows, [columns[f"{coordinate}.stiffness"] for coordinate in kind.coordinates]] /= _SOFTENED
+        changes = lanes.slopes(moved, (_SOFTENED - 1) / kind.stiff)
+        found.append((lanes, [Place(kind, n, changes[:, [n]], 2) for n in rows.tolist()]))
+    return found
+
+
+def _simulated(
+    model: FittedMotion, lanes: Lanes, solutions: Sequence[_Solution], sight: _Sight
+) -> list[Promise]:
+    """What solutions come to where they are simulated, with what is searched moved to make up for them: the
+    best share of all that; those that gain something.
+    """
+    moved = list[Array]()
+    for one in solutions:
+        shift = _made_up(model, sight.whole + one.change)
+        for share in _SHARES:
+            lane = lanes.start.copy()
+            for name, value in {**_shifted(model, share * shift), **one.starts(share)}.items():
+                lane[lanes.columns[name]] = value
+            moved.append(lane)
+    if not moved:
+        return []
+    left = np.sum((sight.whole + lanes.rows(np.array(moved))) ** 2, axis=1)
+    left = np.where(np.isfinite(left), left, np.inf).reshape(len(solutions), -1)
+    found = []
+    for one, squares in zip(solutions, left, strict=True):
+        odds = sight.log_odds(float(squares.min()), sum(p.unknowns for p in one.places), len(one.places))
+        found.append(_promise(one.places, odds, one.starts(float(_SHARES[np.argmin(squares)]))))
+    return [promise for promise in found if promise.log_odds > 0]
+
+
+def _promise(places: Sequence[Place], log_odds: float, starts: Mapping[str, float]) -> Promise:
+    kind, numbers = places[0].kind, sorted(place.number for place in places)
+    return Promise(kind, tuple(numbers), effect_of(kind, numbers), log_odds, starts)
+
+
+def _made_up(model: FittedMotion, residual: Array) -> Array:
+    """By how much what is free moves (free,) to make up for residuals over noise (count,), to first order."""
+    slopes = np.sqrt(model.objective.count) * model.seen[1]
+    size = np.linalg.norm(slopes, axis=0)
+    size = np.where(size > 0, size, 1.0)
+    return np.asarray(-np.linalg.lstsq(slopes / size, residual, rcond=1e-6)[0] / size)
+
+
+def _shifted(model: FittedMotion, shift: Array) -> dict[str, float]:
+    """Values of what is free, by name, a shift (free,) from where it is, within its bounds; logarithms move
+    by one at the most.
+    """
+    found = {}
+    for number, by in zip(Scale(model.problem.parameters).free, shift, strict=True):
+        one, value = model.problem.parameters[number], model.fit.values[number]
+        after = value * np.exp(np.clip(by / value, -1.0, 1.0)) if one.log else value + by
+        found[one.name] = float(np.clip(after, one.lower, one.upper))
     return found
 
 
@@ -174,17 +291,10 @@ def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
     return [Promise(None, (), effect, odds, {})] if odds > 0 else []
 
 
-def _changes(problem: MotionProblem, moved: Array, steps: Array) -> Array:
-    """(count, n): the residuals of lanes (n + 1, ...) less those of the first, over the steps (n,); zero
-    where the motion ran away.
+def _best(places: Sequence[Place], sight: _Sight) -> _Solution | None:
+    """The places of a kind that promise something to first order, each beside those before it, and their
+    amplitudes.
     """
-    rows = fitted_objective(problem).near_rows(moved)
-    slopes = ((rows[1:] - rows[0]) / steps[:, None]).T
-    return np.asarray(np.nan_to_num(slopes, posinf=0.0, neginf=0.0))
-
-
-def _best(places: Sequence[Place], sight: _Sight) -> Promise | None:
-    """The effect of the places of a kind that promise something, each beside those before it."""
     left = [sight.beyond(place.columns) for place in places]
     picked, best, amplitudes = list[int](), 0.0, np.zeros(0)
     while len(picked) < len(places):
@@ -201,15 +311,7 @@ def _best(places: Sequence[Place], sight: _Sight) -> Promise | None:
             break
         best, amplitudes = top[0], top[2]
         picked.append(top[1])
-    if not picked:
-        return None
-    order = np.argsort(picked)
-    ends = np.cumsum([places[k].columns.shape[1] for k in picked])
-    starts: dict[str, float] = {}
-    for k, end in zip(picked, ends, strict=True):
-        starts |= _starts(places[k], amplitudes[end - places[k].columns.shape[1] : end])
-    kind, numbers = places[0].kind, [places[picked[n]].number for n in order]
-    return Promise(kind, tuple(numbers), effect_of(kind, numbers), best, starts)
+    return _Solution([places[k] for k in picked], amplitudes, best) if picked else None
 
 
 def effect_of(kind: Kind | SpringKind, places: Sequence[int]) -> MotionCandidate:
