@@ -9,10 +9,10 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.model.system import build_site, list_parameters
+from identify.motion.links import moving_arm
 from identify.motion.numbers import JointNumber, number_table
 from identify.motion.problem import FASTEST, MotionProblem, fastest_mode, sections_of
 from identify.motion.study import Spring
-from identify.robot.engine_motion import MovingArm
 
 _COARSE = 1.75
 """Step times angular frequency where models are only compared: stable, which it is below 2; modes as fast as
@@ -52,7 +52,7 @@ def with_effects(
         return with_numbers(problem, {}, values)
     effects, robot = [*problem.file.study.effects, *more], problem.robot
     site = build_site(robot, np.radians(problem.file.study.records[0].start_deg), effects)
-    arm = MovingArm(robot, [name for effect in effects for name in effect.free_coordinates(robot)])
+    arm = moving_arm(robot, effects)
     springs = tuple(list_parameters(robot, site, effects))
     softer = replace(problem.with_study(effects=effects), arm=arm, springs=springs)
     return resolved(with_numbers(softer, {}, values))

@@ -20,6 +20,7 @@ from identify.model.system import build_site, list_parameters
 from identify.motion.controller import ControlLaw, Twist
 from identify.motion.fed import FedMotion, fed
 from identify.motion.gear import gear_spring
+from identify.motion.links import coordinates, moving_arm
 from identify.motion.numbers import JointNumber, NumberTable, number_table
 from identify.motion.recording import PreparedRecord, check_record, read_recording
 from identify.motion.simulate import (
@@ -95,15 +96,27 @@ class MotionProblem:
         study = self.file.study.model_copy(update=changed)
         return replace(self, file=self.file.model_copy(update={"study": study}))
 
+    def row(self, place: str) -> tuple[int, float]:
+        """Number of the coordinate that a spring, such as joint1.rz, acts on, and how stiff that is per unit
+        of the spring's.
+        """
+        coordinate, unit = self._links.get(place, (place, 1.0))
+        return self.arm.names.index(coordinate), unit
+
+    @cached_property
+    def _links(self) -> dict[str, tuple[str, float]]:
+        return coordinates(self.robot, self.file.study.effects)
+
     def passive(self, values: Array, numbers: Mapping[str, Array]) -> Passive:
         """Rotors, springs and dampers on the coordinates at parameter values (m, parameters)."""
         size = (len(values), len(self.arm.names))
         armature, stiffness, damping = np.zeros(size), np.zeros(size), np.zeros(size)
         armature[:, self.arm.drive] = numbers["gear.ratio"] ** 2 * numbers["motor.rotor_inertia"]
         for column, spring in enumerate(self.springs):
-            coordinate, what = spring.name.rsplit(".", 1)
+            place, what = spring.name.rsplit(".", 1)
+            row, unit = self.row(place)
             target = stiffness if what == "stiffness" else damping
-            target[:, self.arm.names.index(coordinate)] = values[:, column]
+            target[:, row] = unit * values[:, column]
         return Passive(armature, stiffness, damping)
 
     def run(self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False) -> SimulatedMotion:
@@ -287,7 +300,7 @@ def _loaded(file: MotionFile) -> MotionProblem:
     springs: list[Parameter] = []
     if study.effects:
         springs = list_parameters(robot, build_site(robot, first, study.effects), study.effects)
-    arm = MovingArm(robot, [name for effect in study.effects for name in effect.free_coordinates(robot)])
+    arm = moving_arm(robot, study.effects)
     table = number_table(sections_of(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
     _check_fed(file, arm)

@@ -17,6 +17,7 @@ from identify.measured.records import Quantity, SignalSettings, TimeAxis
 from identify.model.effects.base import parse_effect
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.laws.friction import Smoothing
 from identify.motion.bodies import Balancer, Bodies
 from identify.motion.command import Move
@@ -41,18 +42,20 @@ WEIGHTS = (
 )
 """Signals that a fit can compare; the last where a tracker saw the tool."""
 Deviation = Annotated[float, Field(gt=0)]
-Spring: TypeAlias = JointCompliance | BaseCompliance
-"""Effects that have motion: of coordinates that every arm has."""
+Spring: TypeAlias = JointCompliance | BaseCompliance | LinkFlexibility
+"""Effects that have motion."""
 
 
 def _spring(data: Any) -> Spring:
     effect = parse_effect(data)
-    if not isinstance(effect, JointCompliance | BaseCompliance):
+    if not isinstance(effect, Spring):
         raise ValueError(
-            f"effect {effect.kind!r} has no motion yet; expected joint-compliance or base-compliance"
+            f"effect {effect.kind!r} has no motion yet; expected joint-compliance, base-compliance or"
+            " link-flexibility"
         )
-    if effect.coupled:
-        raise ValueError("coupled springs have no motion yet; leave `coupled` out")
+    for key in ("coupled", "shrink", "nonuniform"):
+        if getattr(effect, key, False):
+            raise ValueError(f"{key} springs have no motion yet; leave `{key}` out")
     return effect
 
 
@@ -128,7 +131,7 @@ class MotionCandidate(Settings):
         {}, description="by section and key, such as friction.coulomb: {initial: 10, bounds: [0.1, 500]}"
     )
     effects: list[Annotated[Spring, BeforeValidator(_spring)]] = Field(
-        [], description="springs that it brings: joint-compliance, base-compliance"
+        [], description="springs that it brings: joint-compliance, base-compliance, link-flexibility"
     )
     smoothing: Smoothing | None = Field(
         None,
@@ -165,7 +168,10 @@ class MotionStudy(Settings):
     name: str = Field("motion", min_length=1, pattern=r"^[^/\\]+$", description="names the result file")
     robot: RobotSettings = Field(description="the robot that moves")
     effects: list[Annotated[Spring, BeforeValidator(_spring)]] = Field(
-        [], description="elastic coordinates: joint-compliance, base-compliance; none: a rigid arm"
+        [],
+        description=(
+            "elastic coordinates: joint-compliance, base-compliance, link-flexibility; none: a rigid arm"
+        ),
     )
     tool: Tool | None = Field(None, description="the point of the robot that a `path` leads")
     motor: Annotated[Motor, Field(discriminator="kind")] = Field(description="motors of all joints")

@@ -9,7 +9,7 @@ alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ import numpy as np
 from identify.core.arrays import Array, Index, Mask
 from identify.robot.description import Robot
 from identify.robot.engine import DRIVE_ARMATURE, compile_mechanism
-from identify.robot.posture import AXES, at_posture
+from identify.robot.posture import AXES, Body, at_posture, hinged
 
 _PASSES = 2
 """Passes that find dampers which depend on velocity, each of which may learn from what the last gave."""
@@ -33,10 +33,13 @@ class MovingArm:
     """A robot compiled for motion with the elastic coordinates of that name released; all others are rigid.
 
     names (n,): coordinates in the engine's order; drive (joints,): their numbers for the drives; elastic: the
-    others'.
+    others'.  halves: the far part of links by their names, poses in the link's frame, which turns against the
+    near one about its own three axes, `link1.rx` and so on of the link behind joint 1.
     """
 
-    def __init__(self, robot: Robot, released: Sequence[str] = ()) -> None:
+    def __init__(
+        self, robot: Robot, released: Sequence[str] = (), halves: Mapping[str, Body] | None = None
+    ) -> None:
         self.robot = robot
         self.mechanism = at_posture(robot, np.zeros(len(robot.joints)))
         for name in released:
@@ -45,6 +48,9 @@ class MovingArm:
         for body in self.mechanism.bodies:
             elastic = [axis for axis in AXES if f"{body.name}.{axis}" in released]
             axes[body.name] = elastic if body.name == "base" else ["drive", *elastic]
+        for link, far in (halves or {}).items():
+            self.mechanism = hinged(self.mechanism, link, far)
+        axes = {body.name: axes.get(body.name, list(AXES[3:])) for body in self.mechanism.bodies}
         self._axes = axes
         self.model = self.copies(1)
         self.names = tuple(f"{body}.{axis}" for body, own in axes.items() for axis in own)
@@ -209,9 +215,11 @@ def _load(model: mujoco.MjModel, more: Array) -> None:
     """Make bodies behind the joints of each copy heavier by shares (m, joints), inertia and all."""
     for lane, row in enumerate(more):
         for joint in np.flatnonzero(row):
-            body = model.body(f"{lane}." * bool(lane) + f"joint{joint + 1}").id
-            model.body_mass[body] *= 1 + row[joint]
-            model.body_inertia[body] *= 1 + row[joint]
+            for name in (f"joint{joint + 1}", f"link{joint + 1}"):  # and its far half, where it bends
+                body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, f"{lane}." * bool(lane) + name)
+                if body >= 0:
+                    model.body_mass[body] *= 1 + row[joint]
+                    model.body_inertia[body] *= 1 + row[joint]
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 

@@ -9,7 +9,7 @@ has no coordinates.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -107,6 +107,34 @@ def at_posture(robot: Robot, posture: Array) -> Mechanism:
         body, link_pose = frames[link_name]
         frames[name] = (body, link_pose @ pose)
     return Mechanism(tuple(bodies), frames, robot.gravity)
+
+
+def hinged(mechanism: Mechanism, link: str, far: Body) -> Mechanism:
+    """A mechanism with a part of a link as a body of its own, which carries what the link carries but its
+    frames; far: that part, its pose in the link's frame.
+    """
+    root, frame = mechanism.frame(link, "effects")
+    at, bodies = frame @ far.pose, list[Body]()
+    for number, body in enumerate(mechanism.bodies):
+        carried = body.parent == root
+        pose = np.linalg.inv(at) @ body.pose if carried else body.pose
+        moved = replace(body, parent=body.parent + (body.parent >= root), pose=pose)
+        cut = replace(far, parent=root, pose=at)
+        bodies += [_less(moved, cut), cut] if number == root else [moved]
+    frames = {name: (body + (body > root), own) for name, (body, own) in mechanism.frames.items()}
+    return replace(mechanism, bodies=tuple(bodies), frames=frames)
+
+
+def _less(body: Body, part: Body) -> Body:
+    """A body without a part of it, whose pose is in its own frame."""
+    turn, mass = part.pose[:3, :3], body.mass - part.mass
+    centre, inertia = turn @ part.centre + part.pose[:3, 3], turn @ part.inertia @ turn.T
+    left = (body.mass * body.centre - part.mass * centre) / mass
+    about = [
+        one.mass * (float(off @ off) * np.eye(3) - np.outer(off, off))
+        for one, off in ((body, body.centre - left), (part, centre - left))
+    ]
+    return replace(body, mass=mass, centre=left, inertia=body.inertia + about[0] - inertia - about[1])
 
 
 def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) -> Body:

@@ -172,11 +172,25 @@ def trapezoids(start: Array, moves: list[dict[str, Any]]) -> Array:
     return angles[:: round(PERIOD_S / fine)]
 
 
+def creep(case: Case) -> Array:
+    """Speed below which each drive creeps (joints,), rad/s: so that friction, which is then a damper, does
+    not outrun the integrator, which is stable up to 2.8 times its step.
+    """
+    moved = 1 / (RATIO**2 * case.rotor)
+    if case.stiffness is None:
+        nominal = pinocchio.buildModelFromXML(urdf(case, np.zeros(case.joints)))
+        mass = np.triu(pinocchio.crba(nominal, nominal.createData(), case.start))
+        mass = mass + np.triu(mass, 1).T + np.diag(RATIO**2 * case.rotor)
+        moved = np.diag(np.linalg.inv(mass))
+    slowest = np.maximum(CREEP, case.coulomb * moved * PERIOD_S / PARTS)
+    return np.array([float(f"{speed:.6g}") for speed in slowest])
+
+
 class Arm:
     """The equations of motion, and the controller."""
 
     def __init__(self, case: Case) -> None:
-        self.case, self.n = case, case.joints
+        self.case, self.n, self.creep = case, case.joints, creep(case)
         self.model = pinocchio.buildModelFromXML(urdf(case, case.heavier, case.base is not None))
         self.nominal = pinocchio.buildModelFromXML(urdf(case, np.zeros(case.joints)))
         self.free = self.model.nq - self.n
@@ -201,7 +215,7 @@ class Arm:
         x, v = y[:size], y[size:]
         q, qd = x[: self.model.nq], v[: self.model.nq]
         turn, spin = (x[-self.n :], v[-self.n :])
-        friction = c.coulomb * np.tanh(spin / CREEP) + c.viscous * spin
+        friction = c.coulomb * np.tanh(spin / self.creep) + c.viscous * spin
         drive = RATIO * c.gain * torque - friction
         angle = q[self.free :]
         on_link = c.balancer[0] * np.sin(angle) + c.balancer[1] * np.cos(angle)
@@ -459,7 +473,7 @@ def _study(case: Case, records: list[dict[str, Any]]) -> dict[str, Any]:
             "coulomb": told("coulomb"),
             "viscous": told("viscous"),
             "smoothing": "tanh",
-            "creep_velocity": CREEP,
+            "creep_velocity": creep(case).tolist(),
         },
         "servo": {
             "kind": "cascade",

@@ -109,7 +109,8 @@ class LinkFlexibility(Effect):
             )
         return number
 
-    def _beam(self, robot: Robot) -> Beam:
+    def beam(self, robot: Robot) -> Beam:
+        """What deforms of the link, in its frame."""
         number = self.number(robot)
         start, end = _ends(robot, number)
         if np.linalg.norm(end - start) < 1e-6:
@@ -134,7 +135,7 @@ class LinkFlexibility(Effect):
         following, joint = f"joint{number + 1}", _ends(robot, number)[1]
         turn = next((body.pose[:3, :3].T for body in mechanism.bodies if body.name == following), None)
         added = []
-        for name, deformation in zip(self._names(), self._beam(robot).deformations(), strict=True):
+        for name, deformation in zip(self._names(), self.beam(robot).deformations(), strict=True):
             engine: dict[str, float] = {}
             if turn is not None:
                 into = turn @ mechanism.frames[self.link][1][:3, :3]
@@ -153,7 +154,7 @@ class LinkFlexibility(Effect):
 
     def _slices(self, robot: Robot) -> list[tuple[Array, float, Array, Array]]:
         """The link's mass, each slice to move with the section where it sits."""
-        parts = slices(robot.link(self.link), self._beam(robot).axis, self._parts)
+        parts = slices(robot.link(self.link), self.beam(robot).axis, self._parts)
         return [(centre, mass, centre, inertia) for mass, centre, inertia in parts]
 
     def _moving(self, robot: Robot, site: Site, bodies: Sequence[tuple[Array, float, Array, Array]]) -> Array:
@@ -169,7 +170,7 @@ class LinkFlexibility(Effect):
         rigid[:, [site.number(name) for name in names]] = 0.0
         motion = np.vstack([rigid, [site.vector(name) for name in names]])
         points = np.array([at for at, *_ in bodies]).reshape(-1, 3)
-        bent = np.stack([moved(points) for moved in self._beam(robot).deformations()], axis=-1)
+        bent = np.stack([moved(points) for moved in self.beam(robot).deformations()], axis=-1)
         total = np.zeros((len(motion),) * 2)
         for (at, mass, centre, inertia), own in zip(bodies, bent, strict=True):
             moving = np.hstack([np.eye(6), own])
@@ -182,7 +183,7 @@ class LinkFlexibility(Effect):
 
     def forms(self, robot: Robot, points: Mapping[int, Point]) -> list[Form]:
         """How its sensors move with its end, and where along it its mass is."""
-        return [link_form(robot.link(self.link), self._beam(robot), self._names(), points)]
+        return [link_form(robot.link(self.link), self.beam(robot), self._names(), points)]
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """All coordinates of its beam."""
@@ -192,7 +193,7 @@ class LinkFlexibility(Effect):
         """EI and EI' of the two planes, GJ, GJ', with the beam's matrices as stiffness and as damping; of a
         nonuniform link then what its first and last part have more, and where its mass is.
         """
-        names, beam = self._names(), self._beam(robot).stiffness()
+        names, beam = self._names(), self.beam(robot).stiffness()
         motion = np.array([site.vector(name) for name in names])
         numbers = [site.reference.number(name) for name in names]
         mass = site.reference.mass[np.ix_(numbers, numbers)]
@@ -240,7 +241,7 @@ class LinkFlexibility(Effect):
         """The share of the link that moves evenly with all sections, and what a body no heavier and no longer
         than it has at its end.
         """
-        link, beam = robot.link(self.link), self._beam(robot)
+        link, beam = robot.link(self.link), self.beam(robot)
         reaches = (1.0, link.mass, *[link.mass * beam.length] * 3)
         names, units = ("even_share", *(f"end_{name}" for name in _AT_END)), ("1", "kg", *["kg m"] * 3)
         end = bodies_at(site, self.link, self._names(), _ends(robot, self.number(robot))[1])
@@ -254,7 +255,7 @@ class LinkFlexibility(Effect):
         """Inertia of the link's mass where it moves evenly with all sections, less where each moves with its
         own.
         """
-        link, beam = robot.link(self.link), self._beam(robot)
+        link, beam = robot.link(self.link), self.beam(robot)
         stations = [(beam.start + x * (beam.end - beam.start), share) for x, share in evenly(self._parts)]
         even = [(at, share * link.mass, link.centre, share * link.inertia) for at, share in stations]
         own = [(at, -mass, centre, -inertia) for at, mass, centre, inertia in self._slices(robot)]

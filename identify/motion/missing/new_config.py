@@ -14,6 +14,7 @@ from identify.core.arrays import Array
 from identify.core.config_paths import relocated
 from identify.core.yaml_input import flat, in_one_line, renamed, round_trip, yaml_text
 from identify.motion.friction import FrictionSettings
+from identify.motion.links import damping_of, parts
 from identify.motion.problem import MotionProblem
 
 _WHAT = "discovered"
@@ -63,16 +64,16 @@ def _springs(data: Any, problem: MotionProblem, told: Mapping[str, float]) -> No
             entry = effect.model_dump(mode="json", exclude_defaults=True)
             own = {key: flat(v) if isinstance(v, list) else v for key, v in entry.items()}
             entries.append(in_one_line({"kind": effect.kind, **own}))
-        for what in ("stiffness", "damping"):
-            if getattr(effect, what).fixed:
-                continue
-            found = [_short(told[f"{name}.{what}"]) for name in effect.free_coordinates(problem.robot)]
-            part = CommentedMap(entries[number].get(what) or {})
-            part.pop("damping_ratio", None)
-            part["initial"] = flat(found)
-            if "bounds" in part:
-                part["bounds"] = flat(part["bounds"])
-            entries[number][what] = in_one_line(part)
+        for stiff, names in parts(effect, problem.robot).items():
+            for key, what in ((stiff, "stiffness"), (damping_of(stiff), "damping")):
+                if getattr(effect, key).fixed:
+                    continue
+                part = CommentedMap(entries[number].get(key) or {})
+                part.pop("damping_ratio", None)
+                part["initial"] = flat([_short(told[f"{name}.{what}"]) for name in names])
+                if "bounds" in part:
+                    part["bounds"] = flat(part["bounds"])
+                entries[number][key] = in_one_line(part)
 
 
 def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:

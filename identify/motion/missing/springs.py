@@ -15,8 +15,10 @@ from identify.core.parameters import Values
 from identify.core.text import listed
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.springs import START_HZ
 from identify.motion.changed import with_effects
+from identify.motion.links import AXES, parts
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate, Spring
 
@@ -27,6 +29,7 @@ as stiff as can be simulated with ease.
 _SOFTEST_HZ = 3.0
 """Alone, no spring of an arm resonates lower."""
 _CLASSES = (("compliance of the gear", ("rz",)), ("tilt compliance", ("rx", "ry")))
+LINKS = "flexibility of links"
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,9 @@ class SpringKind:
 
     def candidate(self, picked: Sequence[int]) -> MotionCandidate:
         """As an effect of some of its coordinates."""
+        places = {self.coordinates[n].rpartition(".")[0] for n in picked}
+        if self.name == LINKS:  # all of a link gives way
+            picked = [n for n, name in enumerate(self.coordinates) if name.rpartition(".")[0] in places]
         names = [self.coordinates[n] for n in picked]
         stiff = {self.coordinates[n]: float(f"{self.stiff[n]:.6g}") for n in picked}
         bounds = (
@@ -49,17 +55,20 @@ class SpringKind:
             float(f"{4 * self.stiff[list(picked)].max():.3g}"),
         )
         effects: list[Spring] = []
-        for place in dict.fromkeys(name.split(".")[0] for name in names):
+        for place in dict.fromkeys(name.rpartition(".")[0] for name in names):
             own = [name for name in names if name.startswith(f"{place}.")]
             values = Values(initial=[stiff[name] for name in own], bounds=bounds)
-            axes = [name.split(".")[1] for name in own]
-            if place == "base":
+            axes = [name.rpartition(".")[2] for name in own]
+            if self.name == LINKS:
+                effects.append(_link(place, [stiff[name] for name in own], bounds))
+            elif place == "base":
                 effects.append(BaseCompliance.model_validate({"axes": axes, "stiffness": values}))
             else:
                 joint = int(place.removeprefix("joint"))
                 told = {"joints": [joint], "axes": axes, "stiffness": values}
                 effects.append(JointCompliance.model_validate(told))
-        return MotionCandidate(name=f"{self.name} ({listed(names)})", effects=effects)
+        said = sorted(places) if self.name == LINKS else names
+        return MotionCandidate(name=f"{self.name} ({listed(said)})", effects=effects)
 
 
 def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, MotionProblem]]:
@@ -67,12 +76,14 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
 
     A base whose mass is not known cannot move.
     """
-    robot, released = problem.robot, set(problem.arm.names)
+    robot, released = problem.robot, {p.name.rpartition(".")[0] for p in problem.springs}
     groups = {
         name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
     }
     if robot.links[0].mass > 0:
         groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
+    links = LinkFlexibility.instances(robot, {})
+    groups[LINKS] = [name for link in links for own in parts(link, robot).values() for name in own]
     told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
     if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
         groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
@@ -81,12 +92,15 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
         own = [coordinate for coordinate in group if coordinate not in released]
         if not own:
             continue
-        softer = with_effects(problem, [_usual(coordinate) for coordinate in own], told)
+        effects = [_usual(coordinate) for coordinate in own]
+        softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
         usual = {p.name.rpartition(".")[0]: p.initial for p in softer.springs if p.name.endswith("stiffness")}
         start = np.array([usual[coordinate] for coordinate in own])
         stiff = _stiffest(softer, own, start, step)
         soft = (_SOFTEST_HZ / START_HZ) ** 2 * start
         able = stiff > soft
+        if name == LINKS:
+            able = np.repeat(able.reshape(-1, len(AXES)).all(axis=1), len(AXES))
         kept = tuple(name for name, can in zip(own, able, strict=True) if can)
         kind = SpringKind(name, kept, stiff[able], soft[able])
         if able.any():
@@ -103,23 +117,32 @@ def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: fl
         problem.arm,
         problem.passive(problem.initial[None], problem.table.arrays(problem.initial[None])),
     )
-    rows = [arm.names.index(coordinate) for coordinate in own]
+    rows, units = np.array([problem.row(name) for name in own]).T
+    rows = rows.astype(int)
     position = np.zeros(len(arm.names))
     position[arm.drive] = problem.records[0].command.position[0]
     mass = arm.mass_matrix(position) + np.diag(passive.armature[0])
     stiffness, limit = passive.stiffness[0].copy(), _RESOLVED / step
-    stiffness[rows] = start * (limit / (2 * np.pi * START_HZ)) ** 2
+    stiffness[rows] = units * start * (limit / (2 * np.pi * START_HZ)) ** 2
     for _ in range(20 * len(own)):
         squares, shapes = scipy.linalg.eigh(np.diag(stiffness), mass)
         bent = stiffness[rows] * shapes[rows, -1] ** 2
         if squares[-1] <= (1.2 * limit) ** 2 or bent.max() < 0.1 * squares[-1]:
             break
         stiffness[rows[int(np.argmax(bent))]] *= limit**2 / squares[-1]
-    return np.asarray(stiffness[rows])
+    return np.asarray(stiffness[rows] / units)
+
+
+def _link(link: str, stiff: Sequence[float], bounds: tuple[float, float]) -> LinkFlexibility:
+    """Of stiffnesses in bending about two axes and in torsion."""
+    bending = Values(initial=list(stiff[:2]), bounds=bounds)
+    return LinkFlexibility(link=link, bending=bending, torsion=Values(initial=stiff[2], bounds=bounds))
 
 
 def _usual(coordinate: str) -> Spring:
-    place, axis = coordinate.split(".")
+    place, _, axis = coordinate.rpartition(".")
+    if axis in AXES:
+        return LinkFlexibility(link=place)
     if place == "base":
         return BaseCompliance.model_validate({"axes": [axis]})
     return JointCompliance.model_validate({"joints": [int(place.removeprefix("joint"))], "axes": [axis]})

@@ -21,7 +21,7 @@ LINK = "link2"
 def _bent(folder: Path, nonuniform: bool = True) -> tuple[Robot, LinkFlexibility, Site, dict[int, Point]]:
     """An arm with a link that bends, and sensors at its start, in its middle and at its end."""
     robot, effect = arm(folder), LinkFlexibility(link=LINK, nonuniform=nonuniform)
-    beam = effect._beam(robot)
+    beam = effect.beam(robot)
     along = beam.end - beam.start
     places = {7: 0.0, 8: 0.5, 9: 1.0}
     points = {
@@ -75,7 +75,7 @@ def test_a_body_between_leaves_the_rigid_link_as_it_was(tmp_path: Path) -> None:
 def test_a_sensor_follows_the_end_by_another_shape(nonuniform: bool, tmp_path: Path) -> None:
     bent = _bent(tmp_path, nonuniform)
     robot, effect, site, _ = bent
-    beam = effect._beam(robot)
+    beam = effect.beam(robot)
     mass, motion = _by_name(bent)
     slope, twist = (site.number(f"{LINK}.{name}") for name in ("slope_1", "twist"))
     turned = motion["slope_1_by_slope_at_8"]

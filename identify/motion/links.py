@@ -1,0 +1,74 @@
+"""Links that bend and twist in motion: each a hinge about three axes in the middle between its joints.
+
+Under a moment at its end a uniform cantilever turns and moves there exactly as a hinge of EI/L in its middle
+does; under a force it turns as far, and moves by a third of F L^3/EI where the hinge moves by a fourth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identify.model.effects.beam import slices
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.motion.study import Spring
+from identify.robot.description import Robot
+from identify.robot.engine_motion import MovingArm
+from identify.robot.posture import Body
+
+AXES = {"bending_1": "rx", "bending_2": "ry", "torsion": "rz"}
+"""Of the hinge, by what the effect's stiffnesses are called: z along the link."""
+
+
+def moving_arm(robot: Robot, effects: Sequence[Spring]) -> MovingArm:
+    """The arm with what effects release."""
+    released, halves = list[str](), dict[str, Body]()
+    for effect in effects:
+        if isinstance(effect, LinkFlexibility):
+            halves[effect.link] = _half(robot, effect)
+        else:
+            released += effect.free_coordinates(robot)
+    return MovingArm(robot, released, halves)
+
+
+def parts(effect: Spring, robot: Robot) -> dict[str, tuple[str, ...]]:
+    """Names of an effect's springs, by the key that has their stiffness."""
+    if isinstance(effect, LinkFlexibility):
+        bending = tuple(f"{effect.link}.{name}" for name in AXES if name != "torsion")
+        return {"bending": bending, "torsion": (f"{effect.link}.torsion",)}
+    return {"stiffness": tuple(effect.free_coordinates(robot))}
+
+
+def damping_of(key: str) -> str:
+    """The key of the dampers beside springs."""
+    return "damping" if key == "stiffness" else f"{key}_damping"
+
+
+def coordinates(robot: Robot, effects: Sequence[Spring]) -> dict[str, tuple[str, float]]:
+    """Of each stiffness of links, by name, its coordinate and how stiff that is per unit, 1/m."""
+    return {
+        f"{effect.link}.{name}": (f"link{effect.number(robot)}.{axis}", 1 / effect.beam(robot).length)
+        for effect in effects
+        if isinstance(effect, LinkFlexibility)
+        for name, axis in AXES.items()
+    }
+
+
+def _half(robot: Robot, effect: LinkFlexibility) -> Body:
+    """What of a link is behind its hinge, mass spread along it as a rod's; its pose in the link's frame."""
+    beam, link, pose = effect.beam(robot), robot.link(effect.link), np.eye(4)
+    pose[:3, :3] = np.column_stack([*beam.across, beam.axis])
+    pose[:3, 3] = (beam.start + beam.end) / 2
+    behind = [
+        (mass, pose[:3, :3].T @ (centre - pose[:3, 3]), pose[:3, :3].T @ inertia @ pose[:3, :3])
+        for mass, centre, inertia in slices(link, beam.axis)
+        if (centre - pose[:3, 3]) @ beam.axis > 0
+    ]
+    mass = sum(one[0] for one in behind)
+    centre = sum((one[0] * one[1] for one in behind), np.zeros(3)) / max(mass, 1e-300)
+    inertia = np.zeros((3, 3))
+    for own, at, moments in behind:
+        off = at - centre
+        inertia += moments + own * (float(off @ off) * np.eye(3) - np.outer(off, off))
+    return Body(f"link{effect.number(robot)}", -1, pose, mass, centre, inertia)
