@@ -191,7 +191,7 @@ def _numbers(model: FittedMotion) -> tuple[Lanes, list[Place]]:
     named = {f"joint{n + 1}.{key}": at + n for key, at in first.items() for n in joints.tolist()}
     own = {parameter.name: n for n, parameter in enumerate(problem.parameters)}
     start = np.concatenate([values, *(row for _, row in where)])
-    lanes = Lanes(replace(problem, table=table), start, {**named, **own})
+    lanes = Lanes(replace(problem, table=table), start, {**own, **named})
     moved, steps, of = list[Array](), list[float](), list[tuple[Kind, int]]()
     for kind in known:
         for joint in np.flatnonzero(np.isfinite(kind.size)):
