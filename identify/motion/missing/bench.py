@@ -131,7 +131,8 @@ class MissingBench(MotionWorkbench):
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
             effects = (*model.added, promise.effect)
-            found.append((promise, self._fit(self._problem(effects, model), effects, [_BRIEF])))
+            begun = with_numbers(self._problem(effects, model), {}, promise.starts)
+            found.append((promise, self._fit(begun, effects, [_BRIEF])))
         found.sort(key=lambda pair: pair[1].fit.cost)
         falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
         close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])

@@ -71,7 +71,8 @@ class Lanes:
 @dataclass(frozen=True)
 class Promise:
     """An effect, a kind at some of its places or a law in place of another (no kind), with what it gains
-    where its parameters start (by name), natural logarithm of the odds.
+    where its parameters start (by name, those that are searched already among them), natural logarithm of
+    the odds.
     """
 
     kind: Kind | SpringKind | None
@@ -233,22 +234,23 @@ def _simulated(
     """What solutions come to where they are simulated, with what is searched moved to make up for them: the
     best share of all that; those that gain something.
     """
-    moved = list[Array]()
-    for one in solutions:
-        shift = _made_up(model, sight.whole + one.change)
-        for share in _SHARES:
-            lane = lanes.start.copy()
-            for name, value in {**_shifted(model, share * shift), **one.starts(share)}.items():
-                lane[lanes.columns[name]] = value
-            moved.append(lane)
-    if not moved:
+    if not solutions:
         return []
-    left = np.sum((sight.whole + lanes.rows(np.array(moved))) ** 2, axis=1)
+    shifts = [_made_up(model, sight.whole + one.change) for one in solutions]
+    starts = [
+        {**_shifted(model, share * shift), **one.starts(share)}
+        for one, shift in zip(solutions, shifts, strict=True)
+        for share in _SHARES
+    ]
+    moved = np.tile(lanes.start, (len(starts), 1))
+    for lane, values in zip(moved, starts, strict=True):
+        lane[[lanes.columns[name] for name in values]] = list(values.values())
+    left = np.sum((sight.whole + lanes.rows(moved)) ** 2, axis=1)
     left = np.where(np.isfinite(left), left, np.inf).reshape(len(solutions), -1)
     found = []
-    for one, squares in zip(solutions, left, strict=True):
+    for one, squares, first in zip(solutions, left, range(0, len(starts), len(_SHARES)), strict=True):
         odds = sight.log_odds(float(squares.min()), sum(p.unknowns for p in one.places), len(one.places))
-        found.append(_promise(one.places, odds, one.starts(float(_SHARES[np.argmin(squares)]))))
+        found.append(_promise(one.places, odds, starts[first + int(np.argmin(squares))]))
     return [promise for promise in found if promise.log_odds > 0]
 
 
