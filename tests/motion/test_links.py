@@ -20,7 +20,7 @@ from identify.motion.missing.springs import LINKS, rigid
 from identify.motion.numbers import JointNumber
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion
-from identify.motion.study import MotionCandidate, read_motion_study
+from identify.motion.study import MotionCandidate, Spring, read_motion_study
 from identify.robot.engine_motion import MovingArm
 from tests.generator import hidden_motion
 from tests.generator.kobe import BASE, first_link, plant
@@ -115,7 +115,7 @@ def test_the_first_link_of_the_kobe_circle_is_what_the_generator_has() -> None:
         own = {"initial": factor * stiff}
         loss = {"initial": damping}
         told = {"bending": own, "torsion": own, "bending_damping": loss, "torsion_damping": loss}
-        both = [
+        both: list[Spring] = [
             BaseCompliance.model_validate(base),
             LinkFlexibility.model_validate({"link": "link1", **told}),
         ]
