@@ -28,18 +28,8 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
     """Try all candidates beside the effects of `before`, but the banned ones."""
     found = [effect for effect in bench.candidates(before) if effect not in banned]
     screened = bench.screen(before, found, story)
-    promising = bench.promising(before, screened)
-    groups = [group for group in bench.refit(before, promising) if group]
-    criterion, options = _judged(bench, before, groups)
+    promising, criterion, options = _tried(bench, before, screened, story)
     chosen = choice(bench.policy, options)
-    while bench.policy.persistent and not chosen and not story.late:
-        more = bench.promising(before, [a for a in screened if a not in promising])
-        if not more:
-            break
-        promising = [*promising, *more]
-        groups += [group for group in bench.refit(before, more) if group]
-        criterion, options = _judged(bench, before, groups)
-        chosen = choice(bench.policy, options)
     step = Step(before, tuple(options), chosen, (), criterion)
     if not chosen:
         step = _with_pair(bench, step, screened, banned)
@@ -50,12 +40,22 @@ def turn(bench: Workbench[E, M], before: M, story: Story, banned: Sequence[E] = 
     return replace(step, options=(*step.options, *rest))
 
 
-def _judged(
-    bench: Workbench[E, M], before: M, groups: Sequence[Sequence[Attempt[E, M]]]
-) -> tuple[Criterion[M], list[Option[E, M]]]:
-    """How models are judged, and the best of each group, the likeliest first."""
-    criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
-    return criterion, ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
+def _tried(
+    bench: Workbench[E, M], before: M, screened: Sequence[Attempt[E, M]], story: Story
+) -> tuple[list[Attempt[E, M]], Criterion[M], list[Option[E, M]]]:
+    """What promised enough to be refitted, how models are judged, and the best of each, the likeliest first;
+    of a persistent bench the next ones too, until one is admitted.
+    """
+    promising, groups = list[Attempt[E, M]](), list[list[Attempt[E, M]]]()
+    while True:
+        more = bench.promising(before, [one for one in screened if one not in promising])
+        promising += more
+        groups += [group for group in bench.refit(before, more) if group]
+        criterion = bench.criterion([before, *(attempt.model for group in groups for attempt in group)])
+        options = ranked([ranked(as_options(criterion, before, group))[0] for group in groups])
+        last = not bench.policy.persistent or not more or story.late
+        if last or choice(bench.policy, options):
+            return promising, criterion, options
 
 
 def as_options(criterion: Criterion[M], before: M, attempts: Sequence[Attempt[E, M]]) -> list[Option[E, M]]:

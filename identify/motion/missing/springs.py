@@ -4,7 +4,7 @@ them, and the effects that a study names.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,19 +54,10 @@ class SpringKind:
             float(f"{self.soft[list(picked)].min():.3g}"),
             float(f"{4 * self.stiff[list(picked)].max():.3g}"),
         )
-        effects: list[Spring] = []
+        effects = []
         for place in dict.fromkeys(name.rpartition(".")[0] for name in names):
-            own = [name for name in names if name.startswith(f"{place}.")]
-            values = Values(initial=[stiff[name] for name in own], bounds=bounds)
-            axes = [name.rpartition(".")[2] for name in own]
-            if self.name == LINKS:
-                effects.append(_link(place, [stiff[name] for name in own], bounds))
-            elif place == "base":
-                effects.append(BaseCompliance.model_validate({"axes": axes, "stiffness": values}))
-            else:
-                joint = int(place.removeprefix("joint"))
-                told = {"joints": [joint], "axes": axes, "stiffness": values}
-                effects.append(JointCompliance.model_validate(told))
+            own = {name.rpartition(".")[2]: stiff[name] for name in names if name.startswith(f"{place}.")}
+            effects.append(_effect(place, own, bounds))
         said = sorted(places) if self.name == LINKS else names
         return MotionCandidate(name=f"{self.name} ({listed(said)})", effects=effects)
 
@@ -76,22 +67,9 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
 
     A base whose mass is not known cannot move.
     """
-    robot, released = problem.robot, {p.name.rpartition(".")[0] for p in problem.springs}
-    groups = {
-        name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
-    }
-    if robot.links[0].mass > 0:
-        groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
-    links = LinkFlexibility.instances(robot, {})
-    groups[LINKS] = [name for link in links for own in parts(link, robot).values() for name in own]
     told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
-    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
-        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
     step, found = min(problem.step_s, _STEP), []
-    for name, group in groups.items():
-        own = [coordinate for coordinate in group if coordinate not in released]
-        if not own:
-            continue
+    for name, own in _groups(problem, values).items():
         effects = [_usual(coordinate) for coordinate in own]
         softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
         usual = {p.name.rpartition(".")[0]: p.initial for p in softer.springs if p.name.endswith("stiffness")}
@@ -107,6 +85,22 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
             effects = kind.candidate(range(len(kind.coordinates))).effects
             found.append((kind, with_effects(problem, effects, told)))
     return found
+
+
+def _groups(problem: MotionProblem, values: Array) -> dict[str, list[str]]:
+    """Names of springs that a problem does not have, by class."""
+    robot, released = problem.robot, {p.name.rpartition(".")[0] for p in problem.springs}
+    groups = {
+        name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
+    }
+    if robot.links[0].mass > 0:
+        groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
+    links = LinkFlexibility.instances(robot, {})
+    groups[LINKS] = [name for link in links for own in parts(link, robot).values() for name in own]
+    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
+        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
+    left = {name: [one for one in group if one not in released] for name, group in groups.items()}
+    return {name: own for name, own in left.items() if own}
 
 
 def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: float) -> Array:
@@ -133,10 +127,17 @@ def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: fl
     return np.asarray(stiffness[rows] / units)
 
 
-def _link(link: str, stiff: Sequence[float], bounds: tuple[float, float]) -> LinkFlexibility:
-    """Of stiffnesses in bending about two axes and in torsion."""
-    bending = Values(initial=list(stiff[:2]), bounds=bounds)
-    return LinkFlexibility(link=link, bending=bending, torsion=Values(initial=stiff[2], bounds=bounds))
+def _effect(place: str, own: Mapping[str, float], bounds: tuple[float, float]) -> Spring:
+    """Springs of a joint, the base or a link, by their names there, with stiffness to start from."""
+    values, axes = Values(initial=list(own.values()), bounds=bounds), list(own)
+    if place == "base":
+        return BaseCompliance.model_validate({"axes": axes, "stiffness": values})
+    if set(own) == set(AXES):
+        *bending, torsion = own.values()
+        two, one = Values(initial=bending, bounds=bounds), Values(initial=torsion, bounds=bounds)
+        return LinkFlexibility(link=place, bending=two, torsion=one)
+    joint = int(place.removeprefix("joint"))
+    return JointCompliance.model_validate({"joints": [joint], "axes": axes, "stiffness": values})
 
 
 def _usual(coordinate: str) -> Spring:
