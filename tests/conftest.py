@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import signal
 import sys
 from collections import Counter
@@ -13,6 +14,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from identify.core.threads import work_in
+
 # No test depends on how fast the machine is.
 settings.register_profile("unhurried", deadline=None)
 settings.load_profile("unhurried")
@@ -20,6 +23,10 @@ settings.load_profile("unhurried")
 # Tests interrupt processes of their own, which would inherit the deafness of a test run that was started in
 # the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Processes that run tests side by side share the processors, as those of a run do.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    work_in(1)
 
 
 _LONG = ("test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py", "test_house.py")
