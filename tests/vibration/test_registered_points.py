@@ -90,12 +90,12 @@ def test_every_key_changes_where_nodes_are(tmp_path: Path) -> None:
 
 
 def _with_a_node_elsewhere(test: Test) -> int:
-    """A node of the FRFs is four metres beside the robot."""
+    """A node of the FRFs is two metres beside the robot."""
     node = 5
     lines = test.uff.read_bytes().split(b"\n")
     row = lines.index(b"    15") + node
     words = lines[row][40:].decode()
-    far = float(words[:13]) + 4.0
+    far = float(words[:13]) + 2.0
     lines[row] = lines[row][:40] + f"{far:13.5E}".encode() + words[13:].encode()
     test.uff.write_bytes(b"\n".join(lines))
     return node
