@@ -29,7 +29,10 @@ if "PYTEST_XDIST_WORKER" in os.environ:
     work_in(1)
 
 
-_LONG = ("test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py", "test_house.py")
+_LONG = (
+    *("test_every_command.py", "test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py"),
+    "test_house.py",
+)
 
 
 @pytest.hookimpl(trylast=True)
