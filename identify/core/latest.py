@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from hashlib import blake2b
+from collections.abc import Callable
 from operator import is_
 from typing import Any, Generic, TypeVar
 
@@ -47,27 +46,3 @@ class LatestAt(Generic[T]):
 
     def __getstate__(self) -> dict[str, Any]:
         return {"_known": None}
-
-
-class LatestAlike(Generic[T]):
-    """The last few things that were made of arrays, for what takes far longer than reading these through:
-    arrays are the same where their shapes and bytes are.
-    """
-
-    def __init__(self, kept: int) -> None:
-        self._kept = kept
-        self._made: dict[bytes, T] = {}
-
-    def of(self, arrays: Sequence[Array], make: Callable[[], T]) -> T:
-        """What is made of these arrays; all who ask for it have the same."""
-        digest = blake2b(digest_size=16)
-        for array in arrays:
-            digest.update(f"{array.shape} {array.dtype.str}".encode())
-            digest.update(array.tobytes())
-        key = digest.digest()
-        known = self._made.pop(key, None)
-        made = make() if known is None else known
-        self._made[key] = made
-        for oldest in list(self._made)[: -self._kept]:
-            self._made.pop(oldest, None)  # several threads may ask
-        return made

@@ -27,7 +27,6 @@ import scipy
 from identify.core.arrays import Array
 from identify.core.asked import key
 from identify.core.errors import InputError
-from identify.core.latest import LatestAlike
 from identify.core.text import count
 from identify.measured.frf_set import FrfSet
 from identify.measured.rounded import in_words, remark, rounding
@@ -59,10 +58,6 @@ class _Pooled:
 
     variance: Array
     of_force: Array
-
-
-_latest = LatestAlike[_Pooled](6)
-"""A fit and a look at its set-up read the same files, and pooling is most of that."""
 
 
 def noise_std(frf_set: FrfSet) -> Array:
@@ -248,16 +243,6 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
 
 
 def _pooled(power: Array, line_variance: Array, freedom: int) -> _Pooled:
-    def make() -> _Pooled:
-        made = _pooled_anew(power, line_variance, freedom)
-        for one in (made.variance, made.of_force):
-            one.flags.writeable = False
-        return made
-
-    return _latest.of((power, line_variance, np.array(freedom)), make)
-
-
-def _pooled_anew(power: Array, line_variance: Array, freedom: int) -> _Pooled:
     # Outputs last, because sums run over them and factors are common to them.
     power, line_variance = (np.ascontiguousarray(one.swapaxes(1, 2)) for one in (power, line_variance))
     known = np.isfinite(power) & np.isfinite(line_variance)

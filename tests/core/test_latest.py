@@ -6,7 +6,7 @@ import pickle
 
 import numpy as np
 
-from identify.core.latest import Latest, LatestAlike, LatestAt
+from identify.core.latest import Latest, LatestAt
 
 
 def test_one_that_is_compared_with_many_others_is_made_once() -> None:
@@ -45,22 +45,3 @@ def test_at_the_same_values_it_is_made_once_and_at_others_anew() -> None:
     assert latest.of(values, total) == 7.0
     assert pickle.loads(pickle.dumps(latest)).of(values, total) == 7.0
     assert asked == [3.0, 7.0, 7.0], "another process makes it itself"
-
-
-def test_of_arrays_that_are_alike_it_is_made_once() -> None:
-    latest, asked = LatestAlike[int](2), list[int]()
-
-    def of(*arrays: np.ndarray) -> int:
-        def make() -> int:
-            asked.append(len(asked))
-            return asked[-1]
-
-        return latest.of(arrays, make)
-
-    one = np.arange(6.0).reshape(2, 3)
-    assert [of(one), of(one.copy()), of(np.asfortranarray(one))] == [0, 0, 0]
-    assert of(one.reshape(3, 2)) == 1, "of another shape"
-    one[0, 0] = 7.0
-    assert of(one) == 2, "it was written into since"
-    assert of(np.arange(6.0).reshape(2, 3)) == 3, "only two are kept"
-    assert [of(one), of(one, one), of(np.zeros((0, 3)))] == [2, 4, 5]

@@ -46,7 +46,11 @@ def test_a_limit_before_scipy_is_loaded_does_not_reach_it() -> None:
     assert "2" in threads("from threadpoolctl import threadpool_limits\nwith threadpool_limits(1)")
 
 
-def test_parts_are_worked_on_in_their_order_and_an_error_comes_out() -> None:
+@pytest.mark.parametrize("count", [1, 2])
+def test_parts_are_worked_on_in_their_order_and_an_error_comes_out(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(own, "threads", lambda: count)
     assert own.each(abs, [-3, 2, -1]) == [3, 2, 1]
     with pytest.raises(TypeError, match="bad operand"):
         own.each(abs, [-3, "x"])  # type: ignore[list-item]
