@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import signal
 import sys
 from collections import Counter
@@ -13,6 +14,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from identify.core.threads import work_in
+
 # No test depends on how fast the machine is.
 settings.register_profile("unhurried", deadline=None)
 settings.load_profile("unhurried")
@@ -21,8 +24,15 @@ settings.load_profile("unhurried")
 # the background.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Processes that run tests side by side share the processors, as those of a run do.
+if "PYTEST_XDIST_WORKER" in os.environ:
+    work_in(1)
 
-_LONG = ("test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py", "test_house.py")
+
+_LONG = (
+    *("test_every_command.py", "test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py"),
+    "test_house.py",
+)
 
 
 @pytest.hookimpl(trylast=True)

@@ -27,7 +27,6 @@ from identify.__main__ import main
 from identify.core import part_file
 from identify.core.registry import installed
 
-_PRELOADED = ["identify.cli", "identify.vibration.run", "identify.reports.show", "scipy.stats"]
 _OF_TIME = re.compile(r"/(seconds|written|checksum|workers|realtime_factor|jobs/file)$")
 _OF_SCALES = ("DIMENSION_LIST", "REFERENCE_LIST")
 """References within the file."""
@@ -38,7 +37,7 @@ _OF_RUN = re.compile(r"\d[\d.e+-]* s\b|; \d+ (was|were) kept from before")
 def programs() -> ForkServerContext:
     """Starts processes that have imported the program already."""
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload([*_PRELOADED, "tests.programs"])
+    context.set_forkserver_preload(["tests.preloaded", "tests.programs"])
     return context
 
 

@@ -46,7 +46,11 @@ def test_a_limit_before_scipy_is_loaded_does_not_reach_it() -> None:
     assert "2" in threads("from threadpoolctl import threadpool_limits\nwith threadpool_limits(1)")
 
 
-def test_parts_are_worked_on_in_their_order_and_an_error_comes_out() -> None:
+@pytest.mark.parametrize("count", [1, 2])
+def test_parts_are_worked_on_in_their_order_and_an_error_comes_out(
+    count: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(own, "threads", lambda: count)
     assert own.each(abs, [-3, 2, -1]) == [3, 2, 1]
     with pytest.raises(TypeError, match="bad operand"):
         own.each(abs, [-3, "x"])  # type: ignore[list-item]
@@ -56,7 +60,9 @@ def test_processes_share_the_processors(monkeypatch: pytest.MonkeyPatch) -> None
     """This one works in as many threads as there are processors, up to some; those of a pool in one each
     where all are at work, and in the others' too where they are not.
     """
-    assert own.threads() == min(own.processors(), own._MOST)
+    count = "from identify.core import threads\nprint(threads.threads())"
+    done = subprocess.run([sys.executable, "-c", count], capture_output=True, text=True, check=True)
+    assert int(done.stdout) == min(own.processors(), own._MOST)
     for processors, alone in ((2, 2), (1, 1)):
         monkeypatch.setattr(fitting_processes, "processors", lambda count=processors: count)
         with Processes(2) as processes:

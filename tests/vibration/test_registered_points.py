@@ -90,12 +90,12 @@ def test_every_key_changes_where_nodes_are(tmp_path: Path) -> None:
 
 
 def _with_a_node_elsewhere(test: Test) -> int:
-    """A node of the FRFs is four metres beside the robot."""
+    """A node of the FRFs is two metres beside the robot."""
     node = 5
     lines = test.uff.read_bytes().split(b"\n")
     row = lines.index(b"    15") + node
     words = lines[row][40:].decode()
-    far = float(words[:13]) + 4.0
+    far = float(words[:13]) + 2.0
     lines[row] = lines[row][:40] + f"{far:13.5E}".encode() + words[13:].encode()
     test.uff.write_bytes(b"\n".join(lines))
     return node
@@ -104,7 +104,7 @@ def _with_a_node_elsewhere(test: Test) -> int:
 def test_channels_of_a_node_on_no_link_are_left_out_and_said(tmp_path: Path) -> None:
     test = _test(tmp_path)
     node = _with_a_node_elsewhere(test)
-    problem = load_problem(read_study(_study(test, tmp_path)))
+    problem = load_problem(read_study(_study(test, tmp_path, registration=_paired(test, tmp_path))))
     data = problem.measurements[0].given.data
     assert isinstance(data, FrfSet)
     assert node not in problem.points
@@ -115,7 +115,7 @@ def test_channels_of_a_node_on_no_link_are_left_out_and_said(tmp_path: Path) -> 
 
 def test_check_says_where_the_points_come_from(tmp_path: Path) -> None:
     test = _test(tmp_path)
-    found = run_checks(_study(test, tmp_path))
+    found = run_checks(_study(test, tmp_path, registration=_paired(test, tmp_path)))
     said = [one.sentence for one in found.findings["study"] if one.check == "registration"]
     assert said[-1].startswith(f"Points are those of the geometry of both.uff: {COUNT} nodes of {COUNT}")
 

@@ -55,7 +55,7 @@ class Hammered:
         name = self._name(case, seed, nodes) + extra.replace(": ", "_")
         if name not in self._read:
             arm = MAKES["compact"](seed).at_points(list(nodes))
-            spec = TestSpec(arm, seed=seed, averages=2, binary=True, oversampling=8)
+            spec = TestSpec(arm, seed=seed, postures=2, averages=2, binary=True, oversampling=8)
             generate(replace(hide(spec, case), case="test"), self._folder / name)
             config = config_of(self._folder / name, self._folder, extra=extra)
             self._read[name] = decimated(timed(load_problem(read_study(config))))
@@ -228,19 +228,27 @@ def _turned(stiffness: Sequence[float], turned_deg: float) -> list[float]:
 
 
 @pytest.mark.parametrize(
-    ("case", "ratio", "turned_deg", "said"),
+    ("case", "ratio", "turned_deg", "said", "nodes", "postures"),
     [
-        ("turned_tilt_j2", 20.0, 67.5, "tilt compliance of joint 2 (rx, ry, coupled)"),
-        ("turned_radial_j3", 4.0, 4.0, "radial compliance of joint 3 (tx, ty, coupled)"),
+        ("turned_tilt_j2", 20.0, 67.5, "tilt compliance of joint 2 (rx, ry, coupled)", NODES, 1),
+        ("turned_radial_j3", 4.0, 4.0, "radial compliance of joint 3 (tx, ty, coupled)", NODES[1:], 2),
     ],
+    ids=["between", "near an axis"],
 )
 def test_a_bearing_is_softest_in_whatever_direction_it_is(
-    case: str, ratio: float, turned_deg: float, said: str, tmp_path: Path
+    case: str,
+    ratio: float,
+    turned_deg: float,
+    said: str,
+    nodes: Sequence[int],
+    postures: int,
+    tmp_path: Path,
 ) -> None:
     """Between the axes and halfway between these, where no two compliances of those four are the truth; and
     near an axis, where next to nothing is open without it.
     """
-    spec = TestSpec(MAKES["compact"](5).at_points(NODES), seed=5, averages=2, binary=True, oversampling=8)
+    arm = MAKES["compact"](5).at_points(list(nodes))
+    spec = TestSpec(arm, seed=5, postures=postures, averages=2, binary=True, oversampling=8)
     test = hide(spec, case)
     [effect] = test.effects
     softest = min(effect.stiffness)

@@ -209,9 +209,11 @@ def test_init_leaves_points_to_the_geometry_beside_the_frfs(tmp_path: Path) -> N
     assert f"posture_deg: [{test.stated[0]:.3f}" in text
     assert "\npoints:" not in text and "the geometry of both.uff is laid on the robot" in text
     assert "identify points" in shown.output and "which does not exist" not in shown.output
-    config.write_text(text.replace("averages: null", "averages: 4"))
+    pairs = test.pairs(tmp_path, widest(test.nodes))  # without, it takes many starts
+    filled = text.replace("averages: null", "averages: 4")
+    config.write_text(f"{filled}\nregistration: {{pairs: {pairs.name}}}\n")
     laid = load_problem(read_study(config)).points
-    _placed(replace(test, uff=both), tmp_path)
+    _placed(replace(test, uff=both), tmp_path, pairs=pairs)
     written = read_points(tmp_path / "points.csv")
     assert laid.keys() == written.keys()
     for node, point in written.items():
