@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import listed
+from identify.core.thresholds import CLOSED
 from identify.discovery.decimated import decimated, without_amplitude
 from identify.discovery.evidence import closed
 from identify.discovery.sparse.evidence import believable
@@ -64,7 +65,8 @@ def _explained(state: State, story: Story) -> list[Any]:
     study = state.problem
     thin = without_amplitude(decimated(study), state.effects, state.model.values)
     unseen = partial(_unseen, study, state) if study.validated else None
-    found = explain(_from_the_study(thin, study), story, unseen)
+    doubted = state.model.gap < CLOSED and not closed(state.model)
+    found = explain(_from_the_study(thin, study), story, unseen, doubted=doubted)
     named = [
         {
             "effect": one.effect.model_dump(mode="json"),

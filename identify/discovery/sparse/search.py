@@ -64,17 +64,20 @@ class Explained:
     problem: Problem
 
 
-def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None = None) -> Explained:
+def explain(
+    problem: Problem, story: Story | None = None, unseen: Unseen | None = None, *, doubted: bool = False
+) -> Explained:
     """What is missing from the model of a problem (few lines suffice).
 
-    unseen: the gap of a problem's effects and values on data that are not fitted.
+    unseen: the gap of a problem's effects and values on data that are not fitted; doubted: whether these say
+    that something is missing, even where the fitted data do not.
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     # A delay turns every phase: without it springs are led to where they turn them, too.
     structure = (*all_springs(problem, shrink=True), *of_all(problem))
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_links_as_told(problem, bending, structure, story, unseen)
+    told = _with_links_as_told(problem, bending, structure, story, unseen, doubted=doubted)
     likeliest = max(told, key=_evidence, default=None)
     if likeliest is None or not (story.late or likeliest.simple):
         closed = [one for one in told if one.closed]
@@ -91,13 +94,20 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
 
 
 def _with_links_as_told(
-    problem: Problem, bending: Problem, structure: tuple[Effect, ...], story: Story, unseen: Unseen | None
+    problem: Problem,
+    bending: Problem,
+    structure: tuple[Effect, ...],
+    story: Story,
+    unseen: Unseen | None,
+    *,
+    doubted: bool,
 ) -> list[Pruned]:
     """From rigid bearings, with what no spring stands for in two rounds; where links bend by parts, gone on
     with their forms uncertain in the second.
     """
     story.doing("fitting with rigid bearings and links that may give way")
-    fits = _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1)
+    fit = dense_fit(problem, structure, usual=False, until=story.until)
+    fits = _further(fit, story, 1, doubted=doubted)
     if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
         fits = [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
     elif _open(fits):
@@ -180,7 +190,9 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Found]:
+def _further(
+    found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False
+) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.
@@ -190,7 +202,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
         found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
         believed = believable(found.problem, found.values)
-        if (found.gap < CLOSED and believed) or story.late:
+        if (found.gap < CLOSED and believed and not doubted) or story.late:
             break
         more = _one_further(found, story, each_costs, shares, believed=believed)
         if more is None:
@@ -216,11 +228,9 @@ def _one_further(
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
-    fitted = _tried(found, worth, stated, each_costs, shares)
+    fitted = _tried(found, worth, stated, each_costs, shares, believed=believed)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    if not believed and not (best.gap < CLOSED and believable(best.problem, best.values)):
-        best = min([best, afresh(best)], key=_objective)
     if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
@@ -278,6 +288,8 @@ def _tried(
     start: Mapping[str, float],
     each_costs: float,
     shares: dict[str, float],
+    *,
+    believed: bool,
 ) -> list[Found]:
     """The fit gone on with each trial, the most promising after a few steps to their end; start: values that
     all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
@@ -292,7 +304,7 @@ def _tried(
     )
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
-        own = _ended(found, fit) if place < _SETTLED else fit
+        own = fit if place >= _SETTLED else _ended(found, fit, believed=believed)
         gained = max(found.unpriced - own.unpriced, 0.0)
         new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
         shares[new] = min(shares.get(new, 1.0) * share, 1.0)
@@ -300,14 +312,21 @@ def _tried(
     return fitted
 
 
-def _ended(found: Found, fit: Found) -> Found:
+def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
+
+    Errors beyond belief have made up for what the trial may be, and go back along a valley that bends, slowly
+    even beside the truth: where they do not go back, the fit is begun afresh, too.
     """
     more = settled(fit)
     several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in found.new(fit.effects))
-    return more if more.gap < CLOSED or not several else _recognised(more)
+    if several and more.gap >= CLOSED:
+        more = _recognised(more)
+    if believed or (more.gap < CLOSED and believable(more.problem, more.values)):
+        return more
+    return min([more, afresh(more)], key=_objective)
 
 
 def _trials(found: Found) -> Iterator[Trial]:
