@@ -190,9 +190,7 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(
-    found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False
-) -> list[Found]:
+def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.
@@ -228,9 +226,11 @@ def _one_further(
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
-    fitted = _tried(found, worth, stated, each_costs, shares, believed=believed)
+    fitted = _tried(found, worth, stated, each_costs, shares)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+    if not believed and not (best.gap < CLOSED and believable(best.problem, best.values)):
+        best = min([best, afresh(best)], key=_objective)
     if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
@@ -288,8 +288,6 @@ def _tried(
     start: Mapping[str, float],
     each_costs: float,
     shares: dict[str, float],
-    *,
-    believed: bool,
 ) -> list[Found]:
     """The fit gone on with each trial, the most promising after a few steps to their end; start: values that
     all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
@@ -304,7 +302,7 @@ def _tried(
     )
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
-        own = fit if place >= _SETTLED else _ended(found, fit, believed=believed)
+        own = _ended(found, fit) if place < _SETTLED else fit
         gained = max(found.unpriced - own.unpriced, 0.0)
         new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
         shares[new] = min(shares.get(new, 1.0) * share, 1.0)
@@ -312,21 +310,14 @@ def _tried(
     return fitted
 
 
-def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
+def _ended(found: Found, fit: Found) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
-
-    Errors beyond belief have made up for what the trial may be, and go back along a valley that bends, slowly
-    even beside the truth: where they do not go back, the fit is begun afresh, too.
     """
     more = settled(fit)
     several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in found.new(fit.effects))
-    if several and more.gap >= CLOSED:
-        more = _recognised(more)
-    if believed or (more.gap < CLOSED and believable(more.problem, more.values)):
-        return more
-    return min([more, afresh(more)], key=_objective)
+    return more if more.gap < CLOSED or not several else _recognised(more)
 
 
 def _trials(found: Found) -> Iterator[Trial]:
