@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.thresholds import CLOSED
+from identify.core.thresholds import CLOSED, MATERIAL
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
@@ -26,7 +26,16 @@ from identify.discovery.sparse.evidence import (
     price,
     weighed,
 )
-from identify.discovery.sparse.fit import STEPS, Found, afresh, dense_fit, gone_on, of_units, settled
+from identify.discovery.sparse.fit import (
+    STEPS,
+    Found,
+    afresh,
+    dense_fit,
+    gone_on,
+    of_units,
+    settled,
+    standing,
+)
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.named import named, sensor_of
 from identify.discovery.sparse.names import Named
@@ -69,8 +78,8 @@ def explain(
 ) -> Explained:
     """What is missing from the model of a problem (few lines suffice).
 
-    unseen: the gap of a problem's effects and values on data that are not fitted; doubted: whether these say
-    that something is missing, even where the fitted data do not.
+    unseen: the gap of a problem's effects and values on data that are not fitted; doubted: whether something
+    is looked for even where the gap on the fitted data leaves nothing open.
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
@@ -91,6 +100,17 @@ def explain(
             closed += [_aligned(one, story, unseen) for one in best]
         likeliest = max(closed, key=_evidence)
     return _said(likeliest, unseen, story.say)
+
+
+def promising(problem: Problem, values: Mapping[str, float]) -> bool:
+    """Whether anything alone would lower the gap by more than estimators get wrong, to first order, beside
+    the problem's model near its data, at values by name.
+    """
+    found = standing(problem, (*all_springs(problem, shrink=True), *of_all(problem)), values)
+    springs, count = Quadratic.about(found, found.effects, {}), found.unknowns.count
+    gains = [(springs.gain([unit]), len(unit.all)) for unit in springs.units]
+    gains += [(trial.gain, trial.size) for trial in _trials(found)]
+    return any(gain > count * MATERIAL + price(count) * size for gain, size in gains)
 
 
 def _with_links_as_told(
