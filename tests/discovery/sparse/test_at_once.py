@@ -22,7 +22,7 @@ from identify.discovery.sparse.evidence import supports, weighed
 from identify.discovery.sparse.fit import Found, afresh, dense_fit, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
-from identify.discovery.sparse.search import _further, _others, explain
+from identify.discovery.sparse.search import _further, _others, explain, promising
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -151,14 +151,17 @@ def test_a_sensor_pays_for_the_numbers_of_its_fault_alone(hammered: Hammered) ->
     assert odds == pytest.approx(4 * known.price, rel=0.2)
 
 
-def test_data_that_were_not_fitted_have_what_is_missing_looked_for(hammered: Hammered) -> None:
-    """Noise that is so large that the fitted data alone leave nothing open."""
+def test_what_a_closed_gap_hides_is_looked_for_where_it_pays(hammered: Hammered) -> None:
+    """Noise that is so large that the gap alone leaves nothing open."""
     with one_thread():
         problem = hammered.of("absorber_l3", 4)
         bearing = all_springs(problem, shrink=True)[2:3]
         away = dense_fit(problem, bearing, usual=False).gap
         loud = tuple(_noisier(m, away / 1.05) for m in problem.measurements)
-        fit = dense_fit(replace(problem, measurements=loud), bearing, usual=False)
+        problem, right = replace(problem, measurements=loud), hammered.of("none", 4)
+        fit = dense_fit(problem, bearing, usual=False)
+        assert promising(problem, fit.values)
+        assert not promising(right, dense_fit(right, bearing, usual=False).values)
         [alone] = _further(fit, Story(), 1)
         [more] = _further(fit, Story(), 1, doubted=True)
     assert fit.gap < 1.1
