@@ -34,11 +34,12 @@ class EvidenceCriterion:
 
     def score(self, trial: Trial) -> float:
         """Quasi-BIC: less is better.  Data that were not fitted count as those that were: many parameters fit
-        what one part has alone.
+        what one part has alone.  What was stated is no residual that may be correlated, and counts in full.
         """
         inflation = max(self.variance_inflation, 1.0)
-        squares = trial.squares + (trial.squares_validation if trial.count_validation else 0.0)
-        return squares / inflation + trial.free * float(np.log(max(trial.count / inflation, 2.0)))
+        squares = trial.squares - trial.errors + (trial.squares_validation if trial.count_validation else 0.0)
+        priced = trial.free * float(np.log(max(trial.count / inflation, 2.0)))
+        return squares / inflation + trial.errors + priced
 
     def log_odds(self, before: Trial, after: Trial) -> float:
         """Natural logarithm of the odds for `after` over `before`."""

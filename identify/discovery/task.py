@@ -41,7 +41,8 @@ class Trial:
 
     Data that were not fitted are judged against the prediction with its uncertainty: what the fit leaves
     wide open they may move.  free: number of free parameters; failure: a sentence where the model could not
-    be made or solved.
+    be made or solved; errors: how much of the squares are those of nuisance parameters, in their standard
+    deviations.
     """
 
     task: Task
@@ -52,6 +53,7 @@ class Trial:
     count_validation: int = 0
     free: int = 0
     failure: str = ""
+    errors: float = 0.0
 
     @property
     def gap(self) -> float:

@@ -69,7 +69,9 @@ class TrialRunner:
             values, cost = fitted(problem, retimed(problem, problem.initial), task.steps, _ALL_LINES)
         count, found = count_of(problem, "fit"), {**task.values, **_named(problem, values)}
         squares, validation = self._elsewhere(problem, task, found) if task.whole else (float("nan"), 0)
-        return Trial(task, found, cost**2 * count, count, squares, validation, free_of(problem))
+        errors = sum(found[one.name] ** 2 for one in problem.nuisances.entries)
+        free = free_of(problem)
+        return Trial(task, found, cost**2 * count, count, squares, validation, free, errors=errors)
 
     def _on_few_lines(self, task: Task) -> tuple[Problem, Array, float]:
         problem = with_effects(self.thin, task.effects, task.values)

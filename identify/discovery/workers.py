@@ -77,7 +77,8 @@ class Workers(AbstractContextManager["Workers"]):
         left = list(new)
         for at, trial in self._made(_Bench.run, list(new.values())):
             kept = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
-            self.memory[left[at]] = (dict(trial.values), [float(number) for number in kept], trial.failure)
+            numbers = [float(number) for number in (*kept, trial.errors)]
+            self.memory[left[at]] = (dict(trial.values), numbers, trial.failure)
         self._count_time(phase, began)
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
 
@@ -131,7 +132,6 @@ def _key(task: Task) -> str:
 
 
 def _remembered(task: Task, kept: tuple[dict[str, float], list[float], str]) -> Trial:
-    values, (squares, count, squares_validation, count_validation, free), failure = kept
-    return Trial(
-        task, values, squares, int(count), squares_validation, int(count_validation), int(free), failure
-    )
+    values, (squares, count, elsewhere, count_elsewhere, free, errors), failure = kept
+    counts = int(count), elsewhere, int(count_elsewhere), int(free)
+    return Trial(task, values, squares, *counts, failure, errors)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import pytest
 
@@ -29,6 +30,12 @@ def test_the_price_of_a_parameter_is_that_of_schwarz() -> None:
     for inflation, data in ((1.0, 1000.0), (4.0, 250.0), (0.2, 1000.0)):
         judge = EvidenceCriterion(inflation)
         assert judge.log_odds(_trial(500.0, 10), _trial(500.0, 12)) == pytest.approx(-math.log(data))
+
+
+def test_errors_of_what_was_stated_are_no_correlated_residuals() -> None:
+    """They count in full, however much the residuals count for less."""
+    before, after = replace(_trial(1400.0, 10), errors=200.0), replace(_trial(1200.0, 10), errors=20.0)
+    assert EvidenceCriterion(4.0).log_odds(before, after) == pytest.approx((20 / 4 + 180) / 2)
 
 
 def test_a_gap_counts_above_noise() -> None:

@@ -8,11 +8,12 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import listed
+from identify.core.thresholds import CLOSED, MATERIAL
 from identify.discovery.decimated import decimated, without_amplitude
 from identify.discovery.evidence import closed
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.search import explain
+from identify.discovery.sparse.search import explain, promising
 from identify.discovery.state import Added, State
 from identify.discovery.task import FEW_STEPS, Task
 from identify.discovery.workers import Workers
@@ -38,7 +39,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     """With what a dense model names beside the state, refitted; the state itself where nothing is open, and
     no nuisance parameter is beyond belief, or where nothing has evidence.
     """
-    if closed(state.model) and believable(state.problem, state.model.values):
+    if closed(state.model) and believable(state.problem, state.model.values) and not _pays(workers, state):
         return state
     key = ["at once", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
     told = _Told(*workers.recall(key, lambda: _explained(state, story), "dense fits"))
@@ -59,12 +60,28 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     return State(problem, model, (*added, *state.added))
 
 
+def _pays(workers: Workers, state: State) -> bool:
+    """Whether something pays beside a model that leaves nothing open by its gap, but is above noise by more
+    than estimators get wrong: a resonator of few lines hides in it.
+    """
+    effects, values = state.effects, state.model.values
+    if state.model.gap < 1 + MATERIAL:
+        return False
+
+    def glance() -> bool:
+        thin = without_amplitude(decimated(state.problem), effects, values)
+        return promising(_from_the_study(thin, state.problem), values)
+
+    key = ["pays", [one.model_dump(mode="json") for one in effects], dict(values)]
+    return bool(workers.recall(key, glance, "dense fits"))
+
+
 def _explained(state: State, story: Story) -> list[Any]:
     """What the dense fits say, as JSON has it."""
     study = state.problem
     thin = without_amplitude(decimated(study), state.effects, state.model.values)
     unseen = partial(_unseen, study, state) if study.validated else None
-    found = explain(_from_the_study(thin, study), story, unseen)
+    found = explain(_from_the_study(thin, study), story, unseen, doubted=state.model.gap < CLOSED)
     named = [
         {
             "effect": one.effect.model_dump(mode="json"),

@@ -22,6 +22,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import Parameter
 from identify.core.plugin import left_out_where_broken
 from identify.core.threads import each
+from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.dense import bodies, relaxations
 from identify.discovery.sparse.evidence import price, solved
 from identify.discovery.sparse.objective import Penalised
@@ -37,8 +38,10 @@ _FREQUENCIES, _WIDER = 32, 2.0
 """At which a body on a spring is tried over the band, with so many times its own damping, so that no peak
 falls between two.
 """
-_DAMPED, _RANK = 1e-3, 1e-9
-"""Steps of parameters that do nothing stay small."""
+_RANK = 1e-9
+"""Share of the largest that is nothing."""
+_DAMPED, _ROUNDED = 1e-3, 1e-6
+"""Share of the squares of a change that steps are damped by where much is open, and where nothing is."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +85,11 @@ class Beside:
         pull = self.product[held, -1] + prior * (self.x - unknowns.reference)[held]
         own = np.column_stack([crossed[held], pull])
         return own, solved(information, own)
+
+    @property
+    def gap(self) -> float:
+        """What is left, in units of noise."""
+        return float(np.sqrt(self.product[-1, -1] / self.fit.count))
 
     def gain(self, fall: float) -> float:
         """What it gains that the squares fall, in units of log likelihood with a free scale."""
@@ -306,7 +314,7 @@ def _best(effect: Effect, shape: _Shape, problem: Problem, score: _Left, beside:
     own, most = shape.parameters, _most(problem, shape)
     if shape.adding:
         least = [0.0 if p.log else p.lower / s for p, s in zip(own, np.diag(shape.starts), strict=True)]
-        damped = left + np.diag(_DAMPED * size + _RANK * size.max(initial=1e-300))
+        damped = left + np.diag(damping(beside.gap) * size + _RANK * size.max(initial=1e-300))
         amount = bounded_step(damped, -slope, np.array(least), most)
     else:
         alone = np.clip(-slope / np.maximum(np.diag(left), 1e-300), 0.0, most)
@@ -318,6 +326,15 @@ def _best(effect: Effect, shape: _Shape, problem: Problem, score: _Left, beside:
         for p, value in zip(own, amount @ shape.starts, strict=True)
     }
     return [Candidate(effect, values, gain)] if np.any(amount) else []
+
+
+def damping(gap: float) -> float:
+    """Share of the squares of a change by which a step to first order is damped.
+
+    Far from the data such steps stay short.  Near them they hold as far as errors that are far out come back,
+    which make up for all but a thousandth of a rotor, say: what is left is what it would gain.
+    """
+    return _ROUNDED if gap < CLOSED else _DAMPED
 
 
 def gain_of(fall: float, squares: float, count: int) -> float:

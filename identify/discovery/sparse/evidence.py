@@ -9,8 +9,10 @@ import numpy as np
 
 from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
+from identify.discovery.sparse.names import of_sensor
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.measurement import MeasurementEffect
+from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import uncertainty
 
@@ -74,13 +76,19 @@ def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
 
     Half of a' S a less half ln(N / c) for each unknown, S the information about the amplitudes a with all
     else eliminated, c the inflation of the variance; without the unit, the squares are larger by a' S a.
+    A free sensor counts as the simplest fault that says the same: its matrix is how it is looked for.
     """
     away, counted, found = unknowns.away(x), unknowns.counted(x), dict[str, float]()
     for unit in unknowns.units:
         own = unit.amplitudes
         weight = eliminated(known.information, own, floor_of(unit, unknowns))
-        squares = float(away[own] @ weight @ away[own])
-        found[unit.name] = 0.5 * squares - known.price * max(counted[unit.all].sum(), 1.0)
+        error, count = away[own], float(counted[unit.all].sum())
+        squares = float(error @ weight @ error)
+        if isinstance(unit.effect, SensorMatrix):
+            _, form, said = of_sensor(int(unit.name), error.reshape(3, 3), weight, known.price)
+            off = error - said.ravel()
+            squares, count = squares - float(off @ weight @ off), float(len(form))
+        found[unit.name] = 0.5 * squares - known.price * max(count, 1.0)
     return found
 
 

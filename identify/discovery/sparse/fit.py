@@ -104,6 +104,20 @@ def dense_fit(
     return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until), usual=usual)
 
 
+def standing(problem: Problem, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
+    """The problem's own model at values, with effects of which there is nothing yet."""
+    unknowns = Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+    return _settled(problem, effects, _at(unknowns, values), Penalised(unknowns), 0, np.inf)
+
+
+def _at(unknowns: Unknowns, values: Mapping[str, float]) -> Array:
+    """(f,): values by name; bearings are rigid and all else where it begins where there is none."""
+    model = unknowns.problem
+    rigid = {p.name: 0.0 for p in model.parameters if p.name.endswith(".compliance")}
+    known = {**rigid, **values}
+    return unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
+
+
 def _settled(
     study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int, until: float
 ) -> Found:
@@ -176,12 +190,7 @@ def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]
     new = found.new(effects)
     entered = (*found.unknowns.entered, *(new if len(new) == 1 else ()))
     unknowns = Unknowns(model, len(found.study.file.study.effects), entered)
-    known = {**{name: 0.0 for name in _compliances(model)}, **found.values, **values}
-    return unknowns, unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
-
-
-def _compliances(model: Problem) -> list[str]:
-    return [p.name for p in model.parameters if p.name.endswith(".compliance")]
+    return unknowns, _at(unknowns, {**found.values, **values})
 
 
 def refitted(found: Found, units: Sequence[Unit]) -> Found:

@@ -10,8 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Mask
 from identify.core.bounded import bounded_step
-from identify.core.thresholds import CLOSED
-from identify.discovery.sparse.dictionary import gain_of
+from identify.discovery.sparse.dictionary import damping, gain_of
 from identify.discovery.sparse.fit import Found, begun
 from identify.discovery.sparse.objective import Local, Penalised
 from identify.discovery.sparse.unknowns import Unit
@@ -74,9 +73,7 @@ class Quadratic:
         lower, upper = (side - self.x for side in self.fit.unknowns.limits)
         own, change = np.ix_(moving, moving), np.zeros(len(self.x))
         size = np.diag(curvature)[moving]
-        # Near the data the quadratic holds as far as errors that are far out would come back.
-        damping = 1e-9 if self.local.gap < CLOSED else 1e-3
-        damped = curvature[own] + np.diag(np.where(size > 0, damping * size, 1.0))
+        damped = curvature[own] + np.diag(np.where(size > 0, damping(self.local.gap) * size, 1.0))
         change[moving] = bounded_step(damped, slope[moving], lower[moving], upper[moving])
         fall = float(slope @ change - 0.5 * change @ curvature @ change) * self.local.gap**2
         return change, gain_of(2 * fall, self.local.product[-1, -1], self.fit.count)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from identify.core.thresholds import CLOSED
+from identify.core.thresholds import CLOSED, MATERIAL
 from identify.discovery.sparse.dense import (
     bodies,
     exchanged,
@@ -26,7 +26,16 @@ from identify.discovery.sparse.evidence import (
     price,
     weighed,
 )
-from identify.discovery.sparse.fit import STEPS, Found, afresh, dense_fit, gone_on, of_units, settled
+from identify.discovery.sparse.fit import (
+    STEPS,
+    Found,
+    afresh,
+    dense_fit,
+    gone_on,
+    of_units,
+    settled,
+    standing,
+)
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.named import named, sensor_of
 from identify.discovery.sparse.names import Named
@@ -64,17 +73,20 @@ class Explained:
     problem: Problem
 
 
-def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None = None) -> Explained:
+def explain(
+    problem: Problem, story: Story | None = None, unseen: Unseen | None = None, *, doubted: bool = False
+) -> Explained:
     """What is missing from the model of a problem (few lines suffice).
 
-    unseen: the gap of a problem's effects and values on data that are not fitted.
+    unseen: the gap of a problem's effects and values on data that are not fitted; doubted: whether something
+    is looked for even where the gap on the fitted data leaves nothing open.
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     # A delay turns every phase: without it springs are led to where they turn them, too.
     structure = (*all_springs(problem, shrink=True), *of_all(problem))
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_links_as_told(problem, bending, structure, story, unseen)
+    told = _with_links_as_told(problem, bending, structure, story, unseen, doubted=doubted)
     likeliest = max(told, key=_evidence, default=None)
     if likeliest is None or not (story.late or likeliest.simple):
         closed = [one for one in told if one.closed]
@@ -90,14 +102,32 @@ def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None 
     return _said(likeliest, unseen, story.say)
 
 
+def promising(problem: Problem, values: Mapping[str, float]) -> bool:
+    """Whether anything alone would lower the gap by more than estimators get wrong, to first order, beside
+    the problem's model near its data, at values by name.
+    """
+    found = standing(problem, (*all_springs(problem, shrink=True), *of_all(problem)), values)
+    springs, count = Quadratic.about(found, found.effects, {}), found.unknowns.count
+    gains = [(springs.gain([unit]), len(unit.all)) for unit in springs.units]
+    gains += [(trial.gain, trial.size) for trial in _trials(found)]
+    return any(gain > count * MATERIAL + price(count) * size for gain, size in gains)
+
+
 def _with_links_as_told(
-    problem: Problem, bending: Problem, structure: tuple[Effect, ...], story: Story, unseen: Unseen | None
+    problem: Problem,
+    bending: Problem,
+    structure: tuple[Effect, ...],
+    story: Story,
+    unseen: Unseen | None,
+    *,
+    doubted: bool,
 ) -> list[Pruned]:
     """From rigid bearings, with what no spring stands for in two rounds; where links bend by parts, gone on
     with their forms uncertain in the second.
     """
     story.doing("fitting with rigid bearings and links that may give way")
-    fits = _further(dense_fit(problem, structure, usual=False, until=story.until), story, 1)
+    fit = dense_fit(problem, structure, usual=False, until=story.until)
+    fits = _further(fit, story, 1, doubted=doubted)
     if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
         fits = [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
     elif _open(fits):
@@ -180,7 +210,7 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Found]:
+def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.
@@ -190,7 +220,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED) -> list[Foun
         found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
         believed = believable(found.problem, found.values)
-        if (found.gap < CLOSED and believed) or story.late:
+        if (found.gap < CLOSED and believed and not doubted) or story.late:
             break
         more = _one_further(found, story, each_costs, shares, believed=believed)
         if more is None:
