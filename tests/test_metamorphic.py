@@ -21,10 +21,12 @@ from ruamel.yaml import YAML
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.fitting.fit import fit
+from identify.discovery.records import timed
+from identify.fitting.fit import check_moves, fit
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set
+from identify.model.effects.pre_trigger import PRE_TRIGGER
 from identify.vibration import records
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
@@ -260,6 +262,17 @@ def test_a_record_that_is_told_is_taken_and_discovery_asks_for_it(tmp_path: Path
     with pytest.raises(InputError, match=r"every second line of records of 1\.6 s.*record_s: 1\.5"):
         check_records(problem, found.values, found.cost)
     check_records(told, found.values, found.cost)
+
+
+def test_a_pre_trigger_is_held_where_longer_records_have_died_out(tmp_path: Path) -> None:
+    """A fit of such records was refused, in the middle of a discovery, because nothing moves it."""
+    problem = timed(load_problem(read_study(study(plain(), tmp_path))))
+    for times in (1, 60):
+        there = records._held(records._longer(problem, times))
+        [own] = [p for p in there.parameters if p.name == PRE_TRIGGER]
+        assert own.free is (times == 1)
+        plan = fit_plan(there)
+        check_moves(plan.parameters, plan.objective)
 
 
 @pytest.mark.parametrize(

@@ -345,22 +345,23 @@ def latin_hypercube(count: int, size: int, rng: np.random.Generator) -> Array:
 
 def check_moves(parameters: tuple[Parameter, ...], objective: Objective) -> None:
     """Raise an InputError that names the free parameters to which the cost is blind at the start."""
+    if names := unmoving(parameters, objective):
+        fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
+        raise InputError(
+            "effects",
+            f"no measured data can move {', '.join(names)}",
+            "free parameters that the data depend on",
+            fix,
+        )
+
+
+def unmoving(parameters: tuple[Parameter, ...], objective: Objective) -> list[str]:
+    """Names of the free parameters to which the cost is blind at the start."""
     scale = Scale(parameters)
     initial = np.array([parameter.initial for parameter in parameters])
     squares = np.diag(objective.product(initial, scale.free))
     if not np.isfinite(squares[-1]):
-        return
+        return []
     moves = np.sqrt(squares[:-1]) * scale.slope(scale.to_x(initial))
-    unobservable = [
-        parameters[n].name
-        for n, size in zip(scale.free, moves, strict=True)
-        if size <= 1e-12 * moves.max(initial=0.0)
-    ]
-    if unobservable:
-        fix = "set `fixed: true` for it, remove the effect, or measure where it moves"
-        raise InputError(
-            "effects",
-            f"no measured data can move {', '.join(unobservable)}",
-            "free parameters that the data depend on",
-            fix,
-        )
+    least = 1e-12 * moves.max(initial=0.0)
+    return [parameters[n].name for n, size in zip(scale.free, moves, strict=True) if size <= least]

@@ -18,12 +18,13 @@ from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING, MATERIAL, QUIET, SIGMAS_95
-from identify.fitting.fit import Fit, Progress, fit
+from identify.fitting.fit import Fit, Progress, fit, unmoving
 from identify.measured.frf_set import FrfSet
+from identify.model.effects.pre_trigger import PRE_TRIGGER, PreTrigger
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.given import Given
 from identify.vibration.plan import fit_plan
-from identify.vibration.problem import Problem, with_given
+from identify.vibration.problem import Problem, with_effects, with_given
 
 _WORDS = ("", "second", "third", "fourth", "fifth", "sixth")
 _TIMES = range(1, len(_WORDS) + 1)
@@ -72,7 +73,7 @@ def _best(problem: Problem, values: Array, cost: float, show: Show | None = None
     """
     squares = {times: _ahead(_longer(problem, times), values).squares for times in _TIMES}
     fits = {
-        times: fit(fit_plan(_longer(problem, times)), Progress(show) if show else None)
+        times: fit(fit_plan(_held(_longer(problem, times))), Progress(show) if show else None)
         for times in _TIMES[1:]
         if squares[times] < (1 - MATERIAL) * squares[1]
     }
@@ -147,6 +148,21 @@ def _longer(problem: Problem, times: int) -> Problem:
         return replace(one, record=record, impact=one.impact and replace(one.impact, record=record))
 
     return with_given(problem, [longer(m.given) for m in problem.measurements])
+
+
+def _held(problem: Problem) -> Problem:
+    """With the pre-trigger as it is where longer records have died out, so that nothing moves it."""
+    plan = fit_plan(problem)
+    if PRE_TRIGGER not in unmoving(plan.parameters, plan.objective):
+        return problem
+    still = [
+        effect.model_copy(update={"time": effect.time.model_copy(update={"fixed": True})})
+        if isinstance(effect, PreTrigger)
+        else effect
+        for effect in problem.file.study.effects
+    ]
+    values = {p.name: float(p.initial) for p in problem.parameters}
+    return with_effects(problem, still, values)
 
 
 def _noted(problem: Problem, note: str, times: int) -> Problem:
