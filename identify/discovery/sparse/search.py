@@ -246,11 +246,9 @@ def _one_further(
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
-    fitted = _tried(found, worth, stated, each_costs, shares)
+    fitted = _tried(found, worth, stated, each_costs, shares, believed=believed)
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    if not believed and not (best.gap < CLOSED and believable(best.problem, best.values)):
-        best = min([best, afresh(best)], key=_objective)
     if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
@@ -308,6 +306,8 @@ def _tried(
     start: Mapping[str, float],
     each_costs: float,
     shares: dict[str, float],
+    *,
+    believed: bool,
 ) -> list[Found]:
     """The fit gone on with each trial, the most promising after a few steps to their end; start: values that
     all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
@@ -322,7 +322,7 @@ def _tried(
     )
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
-        own = _ended(found, fit) if place < _SETTLED else fit
+        own = fit if place >= _SETTLED else _ended(found, fit, believed=believed)
         gained = max(found.unpriced - own.unpriced, 0.0)
         new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
         shares[new] = min(shares.get(new, 1.0) * share, 1.0)
@@ -330,14 +330,21 @@ def _tried(
     return fitted
 
 
-def _ended(found: Found, fit: Found) -> Found:
+def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
+
+    Errors beyond belief have made up for what the trial may be, and go back along a valley that bends, slowly
+    even beside the truth: where they do not go back, the fit is begun afresh, too.
     """
     more = settled(fit)
     several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in found.new(fit.effects))
-    return more if more.gap < CLOSED or not several else _recognised(more)
+    if several and more.gap >= CLOSED:
+        more = _recognised(more)
+    if believed or (more.gap < CLOSED and believable(more.problem, more.values)):
+        return more
+    return min([more, afresh(more)], key=_objective)
 
 
 def _trials(found: Found) -> Iterator[Trial]:

@@ -19,10 +19,10 @@ from identify.discovery.records import timed
 from identify.discovery.sparse.dense import of_all, with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import supports, weighed
-from identify.discovery.sparse.fit import Found, afresh, dense_fit, refitted
+from identify.discovery.sparse.fit import Found, afresh, dense_fit, gone_on, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import costs_of_dropping, smallest_that_predicts
-from identify.discovery.sparse.search import _further, _others, explain, promising
+from identify.discovery.sparse.search import _ended, _further, _others, explain, promising
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -338,6 +338,19 @@ def test_what_errors_make_up_for_is_scored_by_how_far_out_they_are(hammered: Ham
     assert first.effect.sentence() == "rotor inertia of joint 3 behind the gear"
     assert fit.gap < 1.15
     assert first.gain == pytest.approx(fit.unpriced - with_it.unpriced, rel=0.25)
+
+
+def test_errors_beyond_belief_do_not_hide_what_they_made_up_for(hammered: Hammered) -> None:
+    """They go back slowly beside the rotor that they made up for, and had not in the steps of a trial."""
+    problem = hammered.of("rotor_j3", 6, extra="uncertainty: typical")
+    with one_thread():
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)[2:3]), usual=False)
+        rotor, *_ = candidates(fit.problem, Beside.of(fit.unknowns, fit.x, fit.product))
+        few = {name: value / 1000 for name, value in rotor.values.items()}
+        trial = gone_on(fit, (*fit.effects, rotor.effect), few, 4)
+        slow, afresh_too = (_ended(fit, trial, believed=believed) for believed in (True, False))
+    assert fit.gap < 1.1
+    assert slow.unpriced - afresh_too.unpriced > 20
 
 
 def test_a_fit_that_was_led_astray_comes_back_afresh(hammered: Hammered) -> None:
