@@ -101,7 +101,7 @@ def test_every_plug_point_lists_its_kinds(kind: str) -> None:
     for key, plug in analysis.plugs.items():
         names = set(load(plug).names())
         if (kind, key) == ("motion", "effects"):
-            names = {"base-compliance", "joint-compliance"}
+            names = {"base-compliance", "joint-compliance", "link-flexibility"}
         assert set(properties[key]["kinds"]) == names
 
 
