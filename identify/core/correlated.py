@@ -53,9 +53,9 @@ def correlation_time(residual: Array, used: Mask, *, centred: bool = True) -> fl
     return max(1.0, 1.0 + 2.0 * float(pairs[:last].sum()))
 
 
-def effective_samples(residual: Array, used: Mask) -> float:
-    """Number of independent samples that one joint's residual (samples,) is worth."""
-    return float(used.sum()) / correlation_time(residual, used)
+def effective_samples(residual: Array, used: Mask, *, centred: bool = True) -> float:
+    """Number of independent samples that one joint's residual (samples,) is worth; centred as above."""
+    return float(used.sum()) / correlation_time(residual, used, centred=centred)
 
 
 def mean_above_zero(values: Array) -> float:

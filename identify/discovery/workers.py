@@ -76,9 +76,9 @@ class Workers(AbstractContextManager["Workers"]):
         new = {key: task for key, task in zip(keys, tasks, strict=True) if key not in self.memory}
         left = list(new)
         for at, trial in self._made(_Bench.run, list(new.values())):
-            kept = [trial.squares, trial.count, trial.squares_validation, trial.count_validation, trial.free]
-            numbers = [float(number) for number in (*kept, trial.errors)]
-            self.memory[left[at]] = (dict(trial.values), numbers, trial.failure)
+            counts = trial.count, trial.squares_validation, trial.count_validation, trial.free
+            kept = [float(number) for number in (trial.squares, *counts, trial.errors)]
+            self.memory[left[at]] = (dict(trial.values), kept, trial.failure)
         self._count_time(phase, began)
         return [_remembered(task, self.memory[key]) for key, task in zip(keys, tasks, strict=True)]
 

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import correlation_time
+from identify.core.correlated import effective_samples
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
@@ -112,7 +112,7 @@ def _log_odds(before: Array, after: Array) -> tuple[float, float]:
     old, new = before[used], after[used]
     squares = float(np.mean(old**2)), float(np.mean(new**2))
     better = after if squares[1] < squares[0] else before
-    count = float(used.sum()) / correlation_time(np.where(used, better, 0.0), used, centred=False)
+    count = effective_samples(np.where(used, better, 0.0), used, centred=False)
     if np.abs(old - new).max() <= _TOUCH:
         return 0.0, count
     return 0.5 * count * (squares[0] - squares[1]) / max(1.0, min(squares)), count

@@ -7,13 +7,14 @@ does; under a force it turns as far, and moves by a third of F L^3/EI where the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 
 import numpy as np
 
 from identify.model.effects.beam import slices
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.motion.study import Spring
-from identify.robot.description import Robot
+from identify.robot.description import Link, Robot, merge
 from identify.robot.engine_motion import MovingArm
 from identify.robot.posture import Body
 
@@ -60,15 +61,12 @@ def _half(robot: Robot, effect: LinkFlexibility) -> Body:
     beam, link, pose = effect.beam(robot), robot.link(effect.link), np.eye(4)
     pose[:3, :3] = np.column_stack([*beam.across, beam.axis])
     pose[:3, 3] = (beam.start + beam.end) / 2
+    name = f"link{effect.number(robot)}"
     behind = [
         (mass, pose[:3, :3].T @ (centre - pose[:3, 3]), pose[:3, :3].T @ inertia @ pose[:3, :3])
         for mass, centre, inertia in slices(link, beam.axis)
         if (centre - pose[:3, 3]) @ beam.axis > 0
     ]
-    mass = sum(one[0] for one in behind)
-    centre = sum((one[0] * one[1] for one in behind), np.zeros(3)) / max(mass, 1e-300)
-    inertia = np.zeros((3, 3))
-    for own, at, moments in behind:
-        off = at - centre
-        inertia += moments + own * (float(off @ off) * np.eye(3) - np.outer(off, off))
-    return Body(f"link{effect.number(robot)}", -1, pose, mass, centre, inertia)
+    nothing = Link(name, 0.0, np.zeros(3), np.zeros((3, 3)))
+    half = reduce(merge, (Link(name, *one) for one in behind), nothing)
+    return Body(name, -1, pose, half.mass, half.centre, half.inertia)

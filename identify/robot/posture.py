@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.robot.description import Link, Robot
+from identify.robot.description import Link, Robot, merge
 from identify.robot.pose import turned
 
 AXES = ("tx", "ty", "tz", "rx", "ry", "rz")
@@ -127,14 +127,10 @@ def hinged(mechanism: Mechanism, link: str, far: Body) -> Mechanism:
 
 def _less(body: Body, part: Body) -> Body:
     """A body without a part of it, whose pose is in its own frame."""
-    turn, mass = part.pose[:3, :3], body.mass - part.mass
-    centre, inertia = turn @ part.centre + part.pose[:3, 3], turn @ part.inertia @ turn.T
-    left = (body.mass * body.centre - part.mass * centre) / mass
-    about = [
-        one.mass * (float(off @ off) * np.eye(3) - np.outer(off, off))
-        for one, off in ((body, body.centre - left), (part, centre - left))
-    ]
-    return replace(body, mass=mass, centre=left, inertia=body.inertia + about[0] - inertia - about[1])
+    turn, whole = part.pose[:3, :3], Link(body.name, body.mass, body.centre, body.inertia)
+    centre = turn @ part.centre + part.pose[:3, 3]
+    left = merge(whole, Link(part.name, -part.mass, centre, -(turn @ part.inertia @ turn.T)))
+    return replace(body, mass=left.mass, centre=left.centre, inertia=left.inertia)
 
 
 def _body(name: str, parent: int, pose: Array, link: Link, link_in_body: Array) -> Body:

@@ -41,8 +41,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     """
     if closed(state.model) and believable(state.problem, state.model.values) and not _pays(workers, state):
         return state
-    key = ["at once", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
-    told = _Told(*workers.recall(key, lambda: _explained(state, story), "dense fits"))
+    told = _Told(*workers.recall(_key("at once", state), lambda: _explained(state, story), "dense fits"))
     named = [Named(parse_effect(one["effect"]), one["values"], *one["odds"]) for one in told.named]
     if not named:
         return state
@@ -64,24 +63,21 @@ def _pays(workers: Workers, state: State) -> bool:
     """Whether something pays beside a model that leaves nothing open by its gap, but is above noise by more
     than estimators get wrong: a resonator of few lines hides in it.
     """
-    effects, values = state.effects, state.model.values
     if state.model.gap < 1 + MATERIAL:
         return False
+    values = state.model.values
+    return bool(workers.recall(_key("pays", state), lambda: promising(_thin(state), values), "dense fits"))
 
-    def glance() -> bool:
-        thin = without_amplitude(decimated(state.problem), effects, values)
-        return promising(_from_the_study(thin, state.problem), values)
 
-    key = ["pays", [one.model_dump(mode="json") for one in effects], dict(values)]
-    return bool(workers.recall(key, glance, "dense fits"))
+def _key(what: str, state: State) -> list[Any]:
+    """What it depends on."""
+    return [what, [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
 
 
 def _explained(state: State, story: Story) -> list[Any]:
     """What the dense fits say, as JSON has it."""
-    study = state.problem
-    thin = without_amplitude(decimated(study), state.effects, state.model.values)
-    unseen = partial(_unseen, study, state) if study.validated else None
-    found = explain(_from_the_study(thin, study), story, unseen, doubted=state.model.gap < CLOSED)
+    unseen = partial(_unseen, state.problem, state) if state.problem.validated else None
+    found = explain(_thin(state), story, unseen, doubted=state.model.gap < CLOSED)
     named = [
         {
             "effect": one.effect.model_dump(mode="json"),
@@ -105,10 +101,13 @@ def _unseen(
     return gap(model.targets("validate"), model.initial)
 
 
-def _from_the_study(problem: Problem, study: Problem) -> Problem:
-    """The problem from the study's own values: the present model's have compensated for what is missing."""
-    told = {p.name: p.initial for p in study.parameters}
-    return with_effects(problem, problem.file.study.effects, told)
+def _thin(state: State) -> Problem:
+    """The problem on few lines and without what depends on amplitude, from the study's own values: those of
+    the present model have compensated for what is missing.
+    """
+    thin = without_amplitude(decimated(state.problem), state.effects, state.model.values)
+    told = {p.name: p.initial for p in state.problem.parameters}
+    return with_effects(thin, thin.file.study.effects, told)
 
 
 def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float]) -> dict[str, float]:

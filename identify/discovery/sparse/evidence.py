@@ -11,6 +11,7 @@ from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
 from identify.discovery.sparse.names import of_sensor
 from identify.discovery.sparse.unknowns import Unit, Unknowns
+from identify.model.effects.base import Effect
 from identify.model.effects.measurement import MeasurementEffect
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.problem import Problem
@@ -80,19 +81,35 @@ def supports(unknowns: Unknowns, x: Array, known: Weighed) -> dict[str, float]:
     """
     away, counted, found = unknowns.away(x), unknowns.counted(x), dict[str, float]()
     for unit in unknowns.units:
-        own = unit.amplitudes
-        weight = eliminated(known.information, own, floor_of(unit, unknowns))
-        error, count = away[own], float(counted[unit.all].sum())
-        squares = float(error @ weight @ error)
         if isinstance(unit.effect, SensorMatrix):
-            _, form, said = of_sensor(int(unit.name), error.reshape(3, 3), weight, known.price)
-            off = error - said.ravel()
-            squares, count = squares - float(off @ weight @ off), float(len(form))
+            _, form, squares = fault_of(unit, unknowns, away, known)
+            count = float(len(form))
+        else:
+            own = away[unit.amplitudes]
+            squares = float(own @ _weight(unit, unknowns, known) @ own)
+            count = float(counted[unit.all].sum())
         found[unit.name] = 0.5 * squares - known.price * max(count, 1.0)
     return found
 
 
-def floor_of(unit: Unit, unknowns: Unknowns) -> float:
+def fault_of(
+    unit: Unit, unknowns: Unknowns, away: Array, known: Weighed
+) -> tuple[Effect, dict[str, float], float]:
+    """The simplest fault that says what a free sensor's matrix does, away (f,) from none; its values, and how
+    much larger squares are without it.
+    """
+    error, weight = away[unit.amplitudes], _weight(unit, unknowns, known)
+    effect, values, said = of_sensor(int(unit.name), error.reshape(3, 3), weight, known.price)
+    off = error - said.ravel()
+    return effect, values, float(error @ weight @ error - off @ weight @ off)
+
+
+def _weight(unit: Unit, unknowns: Unknowns, known: Weighed) -> Array:
+    """Information about a unit's amplitudes with all else eliminated."""
+    return eliminated(known.information, unit.amplitudes, _floor_of(unit, unknowns))
+
+
+def _floor_of(unit: Unit, unknowns: Unknowns) -> float:
     """What an instrument is off by without anybody calling it a fault, on the search scale."""
     return _MISREAD * unknowns.usual(unit) if isinstance(unit.effect, MeasurementEffect) else 0.0
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from identify.discovery.sparse import names
-from identify.discovery.sparse.evidence import Weighed, eliminated, floor_of, weighed
+from identify.discovery.sparse.evidence import fault_of, weighed
 from identify.discovery.sparse.fit import Found
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.unknowns import Unit
 from identify.model.effects.added_mass import AddedMass
-from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
@@ -36,18 +34,10 @@ def named(
         elif isinstance(effect, SensorMass):
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
-            effect, own = sensor_of(found, unit, known)
+            effect, own, _ = fault_of(unit, found.unknowns, found.x, known)
         result.append(Named(effect, own, evidence[unit.name], worth.get(unit.name, 0.0)))
     found_all = names.of_all_forces(result, _forces(found.problem))
     return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
-
-
-def sensor_of(found: Found, unit: Unit, known: Weighed) -> tuple[Effect, dict[str, float]]:
-    """The simplest fault that a sensor's matrix stands for."""
-    error = found.x[unit.amplitudes].reshape(3, 3)
-    weight = eliminated(known.information, unit.amplitudes, floor_of(unit, found.unknowns))
-    effect, own, _ = names.of_sensor(int(unit.name), error, weight, known.price)
-    return effect, own
 
 
 def _forces(problem: Problem) -> int:

@@ -23,6 +23,7 @@ from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import (
     PAYS,
     believable,
+    fault_of,
     price,
     weighed,
 )
@@ -37,7 +38,7 @@ from identify.discovery.sparse.fit import (
     standing,
 )
 from identify.discovery.sparse.mounts import moved_mounts
-from identify.discovery.sparse.named import named, sensor_of
+from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import SEEN, Pruned, Say, Unseen, costs_of_dropping, pruned
 from identify.discovery.sparse.quadratic import Quadratic
@@ -83,8 +84,7 @@ def explain(
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
-    # A delay turns every phase: without it springs are led to where they turn them, too.
-    structure = (*all_springs(problem, shrink=True), *of_all(problem))
+    structure = _structure(problem)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     told = _with_links_as_told(problem, bending, structure, story, unseen, doubted=doubted)
     likeliest = max(told, key=_evidence, default=None)
@@ -102,11 +102,16 @@ def explain(
     return _said(likeliest, unseen, story.say)
 
 
+def _structure(problem: Problem) -> tuple[Effect, ...]:
+    """What every dense fit has; a delay turns every phase: without it springs are led to turn them, too."""
+    return (*all_springs(problem, shrink=True), *of_all(problem))
+
+
 def promising(problem: Problem, values: Mapping[str, float]) -> bool:
     """Whether anything alone would lower the gap by more than estimators get wrong, to first order, beside
     the problem's model near its data, at values by name.
     """
-    found = standing(problem, (*all_springs(problem, shrink=True), *of_all(problem)), values)
+    found = standing(problem, _structure(problem), values)
     springs, count = Quadratic.about(found, found.effects, {}), found.unknowns.count
     gains = [(springs.gain([unit]), len(unit.all)) for unit in springs.units]
     gains += [(trial.gain, trial.size) for trial in _trials(found)]
@@ -201,7 +206,7 @@ def _recognised(found: Found) -> Found:
         one
         for one in found.unknowns.units
         if not isinstance(one.effect, SensorMatrix)
-        or not isinstance(sensor_of(found, one, known)[0], SensorMatrix)
+        or not isinstance(fault_of(one, found.unknowns, found.x, known)[0], SensorMatrix)
     ]
     return gone_on(found, tuple(of_units(found, units)), {})
 

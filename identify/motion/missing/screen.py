@@ -13,7 +13,7 @@ from typing import cast
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import correlation_time
+from identify.core.correlated import effective_samples
 from identify.core.parameters import Scale
 from identify.model.laws.friction import Smoothing
 from identify.motion.changed import coarse
@@ -176,8 +176,7 @@ def independent(objective: TrajectoryObjective, row: Array) -> float:
         for column in signal.T:
             used = np.isfinite(column)
             if used.any():
-                whole = np.where(used, column, 0.0)
-                total += float(used.sum()) / correlation_time(whole, used)
+                total += effective_samples(np.where(used, column, 0.0), used)
     return total
 
 
@@ -216,10 +215,8 @@ def _springs(model: FittedMotion) -> list[tuple[Lanes, list[Place]]]:
     """All springs that are rigid, by a simulation for each with that one softer."""
     found = []
     for kind, problem in rigid(model.problem, model.fit.values):
-        columns, rows = (
-            {p.name: n for n, p in enumerate(problem.parameters)},
-            np.arange(len(kind.coordinates)),
-        )
+        columns = {p.name: n for n, p in enumerate(problem.parameters)}
+        rows = np.arange(len(kind.coordinates))
         lanes = Lanes(coarse(problem), problem.initial, columns)
         moved = np.tile(problem.initial, (len(rows), 1))
         moved[rows, [columns[f"{coordinate}.stiffness"] for coordinate in kind.coordinates]] /= _SOFTENED
