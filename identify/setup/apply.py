@@ -27,7 +27,7 @@ def write_corrected(file: StudyFile, edits: Sequence[Change], notes: Sequence[st
     data = round_trip().load(file.text)
     for edit in edits:
         if isinstance(edit, Edit):
-            Edit(edit.key, _one_line(edit.value)).put(data)
+            replace(edit, value=_one_line(edit.value)).put(data)
     data["name"] = f"{file.study.name}_{_WHAT}"
     texts = {study: ""}
     links = {edit.node: edit for edit in edits if isinstance(edit, OnLink)}

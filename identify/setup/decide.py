@@ -91,11 +91,11 @@ def decided(found: Searched) -> Decision | None:
     share = _left(found.plain.score, best.score, touched, levelled=factor is not None)
     price = mistakes * np.log(max(found.asked, 1))
     count = sum(int(one.sum()) for one in touched)
-    log_odds = _log_odds(share, count) - price
-    if log_odds < CONVINCING:
+    odds = log_odds(share, count) - price
+    if odds < CONVINCING:
         share = _left_within(found.plain, best, levelled_too=factor is not None)
-        log_odds = _log_odds(share, sum(len(one) for one in touched)) - price
-    if log_odds < CONVINCING:
+        odds = log_odds(share, sum(len(one) for one in touched)) - price
+    if odds < CONVINCING:
         return None
     last = best.hypotheses[-1].count if best.hypotheses else 0
     alike = tuple(
@@ -105,10 +105,10 @@ def decided(found: Searched) -> Decision | None:
     )
     same = found.rounds[-1][0] if found.rounds else found.plain
     rivals = found.rivals if factor is not None and best is same else ()
-    return Decision(best, alike, factor, log_odds, rivals)
+    return Decision(best, alike, factor, odds, rivals)
 
 
-def _log_odds(share: float, count: int) -> float:
+def log_odds(share: float, count: int) -> float:
     """Of what leaves a share of squares of as many FRFs; none where it leaves too much."""
     return -0.5 * count * float(np.log(share)) if share <= LEFT else -np.inf
 
@@ -156,12 +156,19 @@ def _worth(before: Candidate, after: Candidate) -> bool:
     """Whether one mistake more leaves little of what it touches, up to common factors."""
     if abs(after.score.level) < SLIGHT <= abs(before.score.level):
         return after.score.cost <= before.score.cost  # it stands in the place of a factor
-    touched = _touched(before, after, None)
-    sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
-    if sums[1] <= LEFT * sums[0]:
+    if left_of(before, after)[0] <= LEFT:
         return True
     told = after.stated.uncertainty is not None or after.within.explained
     return told and after.within.worst**2 <= LEFT * before.within.worst**2
+
+
+def left_of(before: Candidate, after: Candidate) -> tuple[float, int]:
+    """The share of squares that one candidate leaves another of what tells them apart, up to common factors,
+    and of how many FRFs.
+    """
+    touched = _touched(before, after, None)
+    sums = [_sum(one.score, touched, levelled=True) for one in (before, after)]
+    return sums[1] / sums[0] if sums[0] else np.inf, sum(int(one.sum()) for one in touched)
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:

@@ -17,6 +17,7 @@ from identify.setup.constants import NEAR, Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
+from identify.setup.misread import misread
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
 from identify.setup.soft import springs_explain
@@ -50,7 +51,8 @@ class Mistake:
 class Diagnosis:
     """Mistakes that explain the data together; probability: that they, or those instead, were made, rather
     than that some spring is missing; gap before and after, of a few lines; edits: what puts them right;
-    instead: other mistakes that explain the data as well.
+    instead: other mistakes that explain the data as well; softened: whether the gaps are those of a model
+    with every bearing, the base and the links free.
     """
 
     mistakes: tuple[Mistake, ...]
@@ -59,6 +61,7 @@ class Diagnosis:
     gap_after: float
     edits: tuple[Change, ...]
     instead: tuple[tuple[Mistake, ...], ...] = ()
+    softened: bool = False
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -99,6 +102,8 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
         found = Found(Looked(now.gap), first)
     else:
         found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), now.gap))
+        if found.looked.diagnosis is None:
+            found = _misread(as_stated, first, found)
     if too_stiff(found.corrected):
         return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
@@ -159,6 +164,23 @@ def _and_braked(as_stated: Stated, found: Found) -> Found:
         return replace(found, looked=Looked(gap, _joined(named, more)))
     beside = _look(as_stated.without(number), None).diagnosis if more.gap_after > QUIET else None
     return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
+
+
+def _misread(as_stated: Stated, first: Score, found: Found) -> Found:
+    """Channels that are misread beside many effects, where no mistake explains the data alone."""
+    wrong = misread(as_stated, first)
+    if wrong is None:
+        return found
+    edits = tuple(edit for one in wrong.hypotheses for edit in one.edits)
+    told = Diagnosis(
+        tuple(Mistake(one.code, one.sentence) for one in wrong.hypotheses),
+        _sure(wrong.log_odds),
+        wrong.gap_before,
+        wrong.gap_after,
+        edits,
+        softened=True,
+    )
+    return Found(Looked(found.looked.gap, told), scored(as_stated.changed(edits).problem(), first.values))
 
 
 def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:

@@ -19,7 +19,8 @@ class Hypothesis:
     """code: of its kind; sentence: what was done, as "the angles of joint 2 have the other sign"; edits: what
     puts it right; settle: the edits that a fit of it leads to, where they hold a number that was fitted
     along; about: what it is about, of which one mistake at a time is looked for; count: how many it is;
-    numbers (n,): what it holds that is only about right, by less than reach; moved: the same with others.
+    numbers (n,): what it holds that is only about right, by less than reach; moved: the same with others;
+    promise: of how a channel is read, the squares that it explains of what the fit as stated leaves.
     """
 
     code: str
@@ -31,6 +32,7 @@ class Hypothesis:
     numbers: Array | None = None
     reach: float = 0.0
     moved: Moved | None = None
+    promise: float = 0.0
 
     def settled(self, score: Score) -> tuple[Change, ...]:
         """What puts it right, with the numbers that a fit found."""

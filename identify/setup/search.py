@@ -31,7 +31,7 @@ _ANEW = 3
 """Of these, those that are fitted from all starts: a wrong set-up leads into a valley of its own."""
 _ROUNDS = 3
 """Mistakes at once that are looked for."""
-_HELPS = 0.85
+HELPS = 0.85
 """Times the cost that a mistake must come down to, to be looked at further."""
 _BODIES = ("robot-units",)
 """Kinds that make bodies possible which cannot be."""
@@ -125,7 +125,7 @@ def _slight(base: Candidate) -> tuple[Candidate, ...]:
     """What explains all of the little that a candidate leaves; nothing where it leaves much, or nothing."""
     if base.score.cost > ROUGH or base.within.explained:
         return ()
-    tried = refined(base, list(_of_kinds(base, _SLIGHT)))
+    tried = refined(base, list(of_kinds(base, _SLIGHT)))
     return tuple(one for one in tried if one.within.explained)
 
 
@@ -139,7 +139,7 @@ def _again(plain: Candidate, best: Candidate) -> Candidate:
         if (stated.study, stated.points) == (best.stated.study, best.stated.points):
             continue  # a later one holds it too
         base = Candidate(stated, scored(stated.problem()), others)
-        alike = [h for h in _of_kinds(base, list(KINDS)) if h.code == one.code]
+        alike = [h for h in of_kinds(base, list(KINDS)) if h.code == one.code]
         best = min([best, *refined(base, alike)], key=_cost)
     return best
 
@@ -149,7 +149,7 @@ def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
     these apart too, by the likelihood with these fitted along, where that explains one of the best or
     halves what is left.  Bodies that can be help in any case.
     """
-    helps = bool(tried) and (_cost(tried[0]) <= _HELPS * _cost(base) or not possible(base.stated.robot))
+    helps = bool(tried) and (_cost(tried[0]) <= HELPS * _cost(base) or not possible(base.stated.robot))
     if base.stated.uncertainty is None:
         return tried if helps else []
     likely = sorted(tried[:_LIKELY], key=lambda one: one.within.worst)
@@ -173,13 +173,13 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
     whose bodies cannot be, only what makes them possible.
     """
     if not possible(base.stated.robot):
-        some = [h for h in _of_kinds(base, _BODIES) if possible(base.stated.changed(h.edits).robot)]
+        some = [h for h in of_kinds(base, _BODIES) if possible(base.stated.changed(h.edits).robot)]
         if some:
             return _least_level(refined(base, some)), len(some)
-    soon = list(_of_kinds(base, [name for name in KINDS if name not in _LATER]))
+    soon = list(of_kinds(base, [name for name in KINDS if name not in _LATER]))
     tried = refined(base, soon)
-    if not tried or _cost(tried[0]) > _HELPS * _cost(base):
-        later = list(_of_kinds(base, _LATER))
+    if not tried or _cost(tried[0]) > HELPS * _cost(base):
+        later = list(of_kinds(base, _LATER))
         soon += later
         tried = sorted([*tried, *refined(base, later)[:1]], key=_cost)
     return tried, len(soon)
@@ -215,7 +215,7 @@ def _cost(one: Candidate) -> float:
     return float(one.score.cost * _MORE**more)
 
 
-def _of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:
+def of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:
     """All hypotheses of these kinds about what no mistake was found of yet."""
     known = {one.about for one in base.hypotheses}
     for name in kinds:

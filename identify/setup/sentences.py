@@ -36,8 +36,10 @@ def _sentence(one: Mistake) -> str:
 
 def _remedy(found: Diagnosis, config: str) -> str:
     sure = "more than 99.99 %" if found.probability > _SURE else f"{found.probability:.1%}"
+    brings = "that brings" if len(found.mistakes) == 1 else "together they bring"
+    soft = "With every bearing, the base and the links giving way, " if found.softened else ""
     return (
-        f"{'That brings' if len(found.mistakes) == 1 else 'Together they bring'} the gap from"
+        f"{capital(soft + brings)} the gap from"
         f" {found.gap_before:.3g} to {found.gap_after:.3g} (probability {sure}): change"
         f" {in_words(found.edits)}, or let `identify check {config} --apply` write the corrected study."
     )

@@ -14,8 +14,9 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.score import ROUGH, Score, scored
+from identify.setup.stated import Stated
 from identify.setup.within import within
-from identify.vibration.all_springs import all_springs, usual_stiffness
+from identify.vibration.all_springs import all_springs, springs_of, usual_stiffness
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.problem import Problem, with_effects, with_given
 
@@ -34,6 +35,14 @@ def springs_explain(score: Score, uncertain: UncertaintySettings | None) -> bool
     """
     soft = softened(score)
     return soft.cost <= ROUGH and within(soft, uncertain).explained
+
+
+def with_springs(stated: Stated) -> Problem:
+    """A study with every spring free, of as few lines as `softened`."""
+    springs = springs_of(stated.robot, stated.points, stated.study.effects, shrink=False)
+    study = stated.study.model_copy(update={"effects": [*stated.study.effects, *springs]})
+    file = stated.file.model_copy(update={"study": study})
+    return replace(stated, file=file, lines=_LINES).problem()
 
 
 def _softened(score: Score) -> Score:

@@ -114,12 +114,13 @@ class Stated:
         for number, data in self.sets.items():
             settings = self.study.measurements[number]
             decay = settings.window_decay_per_s  # which an edit may say
-            told = data if decay is None else replace(data, window_decay_per_s=decay)
-            right = settings.correct.applied(told, f"measurement {number}")
+            known = data if decay is None else replace(data, window_decay_per_s=decay)
+            right = settings.correct.applied(known, f"measurement {number}")
             right = in_band(right.chosen(settings.outputs, settings.inputs, ""), self.study.band_hz, "")
             right = right.evenly(self.lines)
             posture = posture_of(self.study, settings, self.robot, number)
-            given = Given(f"{number}", settings, posture, right)
+            told = settings.model_copy(update={"use": "fit"})  # all are looked at, if not all are fitted
+            given = Given(f"{number}", told, posture, right)
             yield as_modelled(given, self.study.effects, self.robot, self.points)
 
 

@@ -26,14 +26,15 @@ from identify.vibration.problem import Measurement
 class Beside:
     """One measurement.
 
-    channels: the file's, of each point and axis, None where it has none; measured, predicted (lines, nodes,
-    3, inputs) along +x, +y, +z of the axes that the file has, the prediction with the common factor; weight
-    (lines, nodes, 1, 1): one over the square of what is expected to be off: noise, and a tenth of what the
-    point does there.
+    moved (lines, coordinates, inputs): how the model moves, with the common factor; channels: the file's, of
+    each point and axis, None where it has none; measured, predicted (lines, nodes, 3, inputs) along +x, +y,
+    +z of the axes that the file has, the prediction with the common factor; weight (lines, nodes, 1, 1): one
+    over the square of what is expected to be off: noise, and a tenth of what the point does there.
     """
 
     measurement: Measurement
     target: FrfTarget
+    moved: Complex
     nodes: tuple[int, ...]
     channels: tuple[tuple[Channel | None, ...], ...]
     measured: Complex
@@ -46,9 +47,9 @@ class Beside:
         away = np.abs(np.nan_to_num(self.measured[:, at] - prediction)) ** 2
         return float(np.sum(away * self.weight[:, at]))
 
-    def of(self, point: Point, score: Score) -> Complex:
+    def of(self, point: Point) -> Complex:
         """What the model says of a point (lines, 3, inputs)."""
-        return np.asarray(_predicted(self.measurement, self.target, score, [point])[:, 0])
+        return np.asarray(_seen(self.measurement, self.target, self.moved, [point])[:, 0])
 
 
 def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
@@ -79,21 +80,29 @@ def _beside(m: Measurement, target: FrfTarget, score: Score, points: Mapping[int
         measured = np.einsum("nji,lnjk->lnik", turns, measured) @ _forces(m, target, points)
     power = np.nanmean(np.abs(measured) ** 2, axis=(2, 3), keepdims=True)
     weight = 1 / (2 * np.mean(noise**2, axis=(2, 3), keepdims=True) + LOG_FLOOR**2 * power)
-    predicted = _predicted(m, target, score, [points[node] for node in nodes])
+    moved = _moved(m, target, score)
+    predicted = _seen(m, target, moved, [points[node] for node in nodes])
     kept = tuple(tuple(row) for row in channels)
-    return Beside(m, target, nodes, kept, measured, predicted, np.nan_to_num(weight))
+    return Beside(m, target, moved, nodes, kept, measured, predicted, np.nan_to_num(weight))
 
 
-def _predicted(m: Measurement, target: FrfTarget, score: Score, points: Sequence[Point]) -> Complex:
-    """(lines, points, 3, inputs), with the common factor."""
-    system, values, force = target.system, score.values, target.force
-    rows = [point.axes @ system.jacobian(point.link, point.position)[:3] for point in points]
+def _moved(m: Measurement, target: FrfTarget, score: Score) -> Complex:
+    """Of all coordinates (lines, coordinates, inputs), with the common factor."""
+    force = target.force
+    if m.settings.correct.axes == "base":
+        force = force @ _forces(m, target, score.problem.points)
+    matrices, power = target.system.matrices(score.values), POWER[target.data.quantity]
+    h = frf(*matrices, target.data.s, np.eye(len(force)), force, power)
+    return np.asarray(np.exp(score.level) * h)
+
+
+def _seen(m: Measurement, target: FrfTarget, moved: Complex, points: Sequence[Point]) -> Complex:
+    """What points see of that (lines, points, 3, inputs)."""
+    rows = [point.axes @ target.system.jacobian(point.link, point.position)[:3] for point in points]
     if m.settings.correct.axes == "base":
         rows = [_axes(m, point).T @ one for point, one in zip(points, rows, strict=True)]
-        force = force @ _forces(m, target, score.problem.points)
-    matrices, power = system.matrices(values), POWER[target.data.quantity]
-    h = frf(*matrices, target.data.s, np.concatenate(rows), force, power)
-    return np.asarray(np.exp(score.level) * h.reshape(len(h), len(points), 3, -1))
+    h = np.concatenate(rows) @ moved
+    return h.reshape(len(h), len(points), 3, -1)
 
 
 def _axes(m: Measurement, point: Point) -> Array:

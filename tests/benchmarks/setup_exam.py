@@ -1,12 +1,13 @@
 """Slips of practice on simulated hammer tests: are they named, and nothing where all is right?
 
-    python -m tests.benchmarks.setup_exam --seed 1 [--slips 40] [--right 20] [--arms compact large random]
+    python -m tests.benchmarks.setup_exam --seed 1 [--slips 40] [--right 20] [--arms ...] [--many]
 
 Every kind of slip of `tests.benchmarks.setup_slips` is drawn about as often, every fourth together with
 another; of the right set-ups every other one has an effect of the catalogue hidden in it.  Every other test
 is of an arm that is not quite as stated, by as much as its study states, `careful` or `typical`.  Tests are
-simulated in the time domain by `tests.generator`, which shares no code with the package.  Draw after the
-work, and score once.
+simulated in the time domain by `tests.generator`, which shares no code with the package.  With --many every
+arm has all the effects of a production hall: six soft bearings, base, two links and two hoses.  Draw after
+the work, and score once.
 """
 
 from __future__ import annotations
@@ -39,6 +40,19 @@ from tests.generator.spec import TestSpec
 
 RESULTS = Path(__file__).with_name("results") / "setup_exam.json"
 HIDDEN = ("base_rocking", "tilt_j2", "radial_j2", "axial_j3", "link2_flex", "absorber_l3", "rotor_j2")
+MANY = "+".join(
+    (
+        "base_rocking",
+        "base_sliding",
+        *(f"{kind}_j{number}" for kind in ("tilt", "radial", "axial") for number in range(1, 7)),
+        "link2_flex",
+        "link4_flex",
+        "absorber_l3",
+        "absorber_l5",
+    )
+)
+_SLIGHT = 0.2
+"""How strong each of many effects is, beside one that is clearly visible."""
 _WITHOUT_FIT = ("magnitudes", "decibels", "real_parts", "placeholders")
 """Slips beside which there is no other to be seen."""
 _ALONE = (*_WITHOUT_FIT, "inverted")
@@ -81,6 +95,7 @@ def main() -> None:
     parser.add_argument("--slips", type=int, default=40, help="tests with slips, per arm")
     parser.add_argument("--right", type=int, default=20, help="tests that are right, per arm")
     parser.add_argument("--arms", nargs="+", default=["compact", "large", "random"], choices=sorted(MAKES))
+    parser.add_argument("--many", action="store_true", help="hide all effects of a production hall")
     parser.add_argument("--json", type=Path, default=RESULTS)
     parser.add_argument("--merge", nargs="*", type=Path, default=[], help="results of single arms, as one")
     given = parser.parse_args()
@@ -112,19 +127,20 @@ def _in_turn(draws: list[Iterator[Row]]) -> Iterator[Row]:
 def _wrong(arm: str, given: Any) -> Iterator[Row]:
     rng = np.random.default_rng([given.seed, sorted(MAKES).index(arm)])
     seed = int(rng.integers(1, 10**6))
-    plain = {one[0]: told(_spec(arm, seed, "none", _STATED.index(one))) for one in dict.fromkeys(_STATED)}
+    hidden = MANY if given.many else "none"
+    plain = {one[0]: told(_spec(arm, seed, hidden, _STATED.index(one))) for one in dict.fromkeys(_STATED)}
     for number, name in enumerate(_drawn(given, arm)):
         names, wanted, stated = [name], list[Named](), _STATED[number % len(_STATED)][0]
         if number % _PAIRS == rng.integers(_PAIRS) and name not in _ALONE:
             names.append(str(rng.choice([one for one in SLIPS if _apart(one, name)])))
         if name in SIMULATED:
-            test, wanted = SIMULATED[name](_spec(arm, int(rng.integers(1, 10**6)), "none", number))
+            test, wanted = SIMULATED[name](_spec(arm, int(rng.integers(1, 10**6)), hidden, number))
         else:
             test = deepcopy(plain[stated])
         test.uncertainty = stated
         for one in names:
             wanted += SLIPS[one](test, rng) if one in SLIPS else []
-        yield _scored((arm, stated, "none", tuple(names)), test, wanted)
+        yield _scored((arm, stated, "many" if given.many else "none", tuple(names)), test, wanted)
 
 
 def _right(arm: str, given: Any) -> Iterator[Row]:
@@ -132,9 +148,10 @@ def _right(arm: str, given: Any) -> Iterator[Row]:
     for number in range(given.right):
         stated = _STATED[number // 2 % len(_STATED)][0]
         hidden = HIDDEN[number // 2 % len(HIDDEN)] if number % 2 else "none"
+        hidden = MANY if given.many else hidden
         test = told(_spec(arm, int(rng.integers(1, 10**6)), hidden, number // 2))
         test.uncertainty = stated
-        yield _scored((arm, stated, hidden, ()), test, [])
+        yield _scored((arm, stated, "many" if given.many else hidden, ()), test, [])
 
 
 def _drawn(given: Any, arm: str) -> list[str]:
@@ -162,7 +179,8 @@ def _apart(one: str, other: str) -> bool:
 
 
 def _spec(arm: str, seed: int, hidden: str, number: int) -> TestSpec:
-    spec = hide(TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2), hidden)
+    whole = TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2)
+    spec = hide(whole, hidden, _SLIGHT if hidden == MANY else 1.0)
     dirt = _STATED[number % len(_STATED)][1]
     return spec if dirt is None else soil(spec, dirt)
 

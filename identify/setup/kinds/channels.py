@@ -7,7 +7,7 @@ would explain a sensor far better is proposed, the best first, and then judged a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations, product
 from typing import Any
 
@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.robot.points import Point
 from identify.robot.points_frame import on_link
 from identify.setup.constants import near, nearest
-from identify.setup.edits import Edit, OnLink
+from identify.setup.edits import Edit, Entries, OnLink
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import Score
 from identify.setup.stated import Stated
@@ -44,31 +44,21 @@ def _turns() -> list[Array]:
 _TURNS = _turns()
 
 
-def merged(stated: Stated, key: str, new: Mapping[Any, Any]) -> tuple[Edit, ...]:
+def of_each(stated: Stated, key: str, new: Mapping[Any, Any]) -> tuple[Entries, ...]:
     """Entries of a correction of every measurement, beside those that are there."""
-    told = [getattr(one.correct, key) for one in stated.study.measurements]
-    return tuple(
-        Edit(("measurements", number, "correct", key), {**there, **_times(there, new)})
-        for number, there in enumerate(told)
-    )
+    numbers = range(len(stated.study.measurements))
+    return tuple(Entries(("measurements", number, "correct", key), dict(new)) for number in numbers)
 
 
-def _times(there: Mapping[Any, Any], new: Mapping[Any, Any]) -> dict[Any, Any]:
-    """New entries; a factor of what has one is that much more."""
-    both = [name for name, value in new.items() if isinstance(value, float) and name in there]
-    return {**new, **{name: there[name] * new[name] for name in both if not isinstance(there[name], str)}}
-
-
-def _best(found: list[tuple[float, Hypothesis]]) -> Iterator[Hypothesis]:
-    """Those that leave least, best first."""
-    for _, hypothesis in sorted(found, key=lambda one: one[0])[:_MOST]:
-        yield hypothesis
+def _best(found: list[Hypothesis]) -> list[Hypothesis]:
+    """Those that explain most, best first."""
+    return sorted(found, key=lambda one: -one.promise)[:_MOST]
 
 
 def turned(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """A sensor turned by right angles, with exchanged cables, or one of its axes reversed."""
     views = beside(plain, stated.points)
-    found: list[tuple[float, Hypothesis]] = []
+    found: list[Hypothesis] = []
     for node in _nodes(views):
         own = _with(views, node)
         now = sum(view.apart(node, _of(view, node)) for view in own)
@@ -76,9 +66,9 @@ def turned(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
             left = sum(view.apart(node, _seen(turn, _of(view, node))) for view in own)
             names = _names(own[0], node, turn)
             if left <= _LEFT * now and names:
-                edits = merged(stated, "outputs", names)
+                edits = of_each(stated, "outputs", names)
                 code, sentence = _turn_words(node, turn, names)
-                found.append((left - now, Hypothesis(code, sentence, edits, f"sensor{node}")))
+                found.append(Hypothesis(code, sentence, edits, f"sensor{node}", promise=now - left))
     yield from _best(found)
 
 
@@ -113,7 +103,7 @@ def _names(view: Beside, node: int, turn: Array) -> dict[str, str]:
 def exchanged(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """Two points for each other: their sensors alone, or all that is said of them."""
     views = beside(plain, stated.points)
-    found: list[tuple[float, Hypothesis]] = []
+    found: list[Hypothesis] = []
     forces = {one.node for view in views for one in view.target.data.inputs}
     for one, other in combinations(_nodes(views), 2):
         both = _with(views, one, other)
@@ -125,11 +115,12 @@ def exchanged(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         )
         if both and left <= _LEFT * now:
             sentence = f"points {one} and {other} are exchanged"
-            edits = merged(stated, "nodes", {one: other, other: one})
+            edits = of_each(stated, "nodes", {one: other, other: one})
             if {one, other} & forces:
                 sentence = f"the sensors at points {one} and {other} are exchanged"
-                edits = merged(stated, "outputs", _exchange(both[0], one, other))
-            found.append((left - now, Hypothesis("points-exchanged", sentence, edits, f"sensor{one}")))
+                edits = of_each(stated, "outputs", _exchange(both[0], one, other))
+            about = f"sensor{one}"
+            found.append(Hypothesis("points-exchanged", sentence, edits, about, promise=now - left))
     yield from _best(found)
 
 
@@ -149,13 +140,13 @@ def shifted(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     for step, word in ((1, "higher"), (-1, "lower")) if views else ():
         moved = {node: nodes[(n + step) % len(nodes)] for n, node in enumerate(nodes)}
         sentence = f"all points are really the next {word} ones"
-        yield Hypothesis("points-shifted", sentence, merged(stated, "nodes", moved), "shift")
+        yield Hypothesis("points-shifted", sentence, of_each(stated, "nodes", moved), "shift")
         names = {
             str(one): str(replace(one, node=moved[one.node]))
             for one in views[0].target.data.outputs
             if one.node in moved
         }
-        edits = merged(stated, "outputs", names)
+        edits = of_each(stated, "outputs", names)
         yield Hypothesis(
             "points-shifted", f"all sensors are really at the next {word} points", edits, "shift"
         )
@@ -172,15 +163,16 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
             sentence = f"the points are on the {word} link of the points file's"
             yield Hypothesis("links-shifted", sentence, edits, "links")
     views = beside(plain, stated.points)
-    found: list[tuple[float, Hypothesis]] = []
+    found: list[Hypothesis] = []
     for node in _nodes(views):
         own = _with(views, node)
         now = sum(view.apart(node, _of(view, node)) for view in own)
         for edit, point, words in _elsewhere(stated, node, names):
-            left = sum(view.apart(node, view.of(point, plain)) for view in own)
+            left = sum(view.apart(node, view.of(point)) for view in own)
             if left <= _LEFT * now:
                 sentence = f"point {node} is on {edit.link}, not on {stated.points[node].link}{words}"
-                found.append((left - now, Hypothesis("wrong-link", sentence, (edit,), f"sensor{node}")))
+                about = f"sensor{node}"
+                found.append(Hypothesis("wrong-link", sentence, (edit,), about, promise=now - left))
     yield from _best(found)
 
 
@@ -231,8 +223,8 @@ def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         return
     parts = [(view.measured, view.predicted, view.weight) for view in views]
     for place, number in enumerate(stated.sets):
-        own, left = _factor([parts[place]])
-        factor = own / _factor([*parts[:place], *parts[place + 1 :]])[0]
+        here, others = _sums([parts[place]]), _sums([*parts[:place], *parts[place + 1 :]])
+        factor, left = here.factor / others.factor, here.left(here.factor) / here.now
         if left <= _LEFT and abs(np.log(abs(factor))) > np.log(_SLIGHT):
             file = stated.study.measurements[number]
             for known in near(factor, _ROUGHLY):
@@ -255,23 +247,45 @@ _Sized = tuple[float, list[Hypothesis]]
 
 def _sized(stated: Stated, side: str, name: str, words: str, parts: list[_Part]) -> list[_Sized]:
     """Factors of one sensor, channel or force that may be that by which it is off, and what is left then."""
-    factor, left = _factor(parts)
+    sums = _sums(parts)
+    factor, left = sums.factor, sums.left(sums.factor) / sums.now
     about, found = f"{side}{name}", list[Hypothesis]()
     if left > _LEFT or (factor > 0 and abs(np.log(factor)) < np.log(_SLIGHT)):
         return []
     if factor < 0:
-        edits = merged(stated, side, {name: -1.0})
-        found.append(Hypothesis("sign", f"{words} has the other sign", edits, about))
+        edits, promise = of_each(stated, side, {name: -1.0}), sums.now - sums.left(-1.0)
+        found.append(Hypothesis("sign", f"{words} has the other sign", edits, about, promise=promise))
     sizes = [] if abs(np.log(abs(factor))) < np.log(_SLIGHT) else near(factor, _ROUGHLY)
     sizes += [nearest(factor)] if sizes and not nearest(factor).known else []
     for known in sizes:
-        edits = merged(stated, side, {name: float(f"{1 / known.value:.8g}")})
-        found.append(Hypothesis("size", f"{words} reads {known.words} what it should", edits, about))
+        edits = of_each(stated, side, {name: float(f"{1 / known.value:.8g}")})
+        sentence, promise = f"{words} reads {known.words} what it should", sums.now - sums.left(known.value)
+        found.append(Hypothesis("size", sentence, edits, about, promise=promise))
     return [(left, found)]
 
 
-def _factor(parts: list[_Part]) -> tuple[float, float]:
-    """The real factor that measured FRFs have beyond predicted ones, and the share of squares left."""
+@dataclass(frozen=True)
+class _Sums:
+    """Weighted sums over FRFs: measured times predicted, predicted squared, measured squared, and squares of
+    what is left of them as they are read.
+    """
+
+    both: float
+    own: float
+    size: float
+    now: float
+
+    @property
+    def factor(self) -> float:
+        """The real factor that measured FRFs have beyond predicted ones."""
+        return (self.both / self.own if self.own > 0 else 1.0) or 1.0
+
+    def left(self, factor: float) -> float:
+        """Squares that are left where the measured ones have this factor."""
+        return self.size - 2 * factor * self.both + factor**2 * self.own if self.own > 0 else self.now
+
+
+def _sums(parts: list[_Part]) -> _Sums:
     both = own = now = size = 0.0
     for measured, predicted, weight in parts:
         known = ~np.isnan(measured)
@@ -280,9 +294,7 @@ def _factor(parts: list[_Part]) -> tuple[float, float]:
         own += float(np.sum(w * np.abs(p) ** 2))
         size += float(np.sum(w * np.abs(m) ** 2))
         now += float(np.sum(w * np.abs(m - p) ** 2))
-    factor = both / own if own > 0 else 1.0
-    left = size - both**2 / own if own > 0 else now
-    return factor or 1.0, left / now if now > 0 else 1.0
+    return _Sums(both, own, size, now or 1.0)
 
 
 def _cut(view: Beside, node: int, part: slice) -> _Part:

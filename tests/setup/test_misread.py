@@ -1,0 +1,80 @@
+"""Channels that are misread, judged beside every spring."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.core.yaml_input import yaml_text
+from identify.measured.correction import Correction
+from identify.setup.edits import Edit, Entries, edited, in_words
+from identify.setup.misread import misread
+from identify.setup.score import scored
+from identify.setup.stated import stated
+from identify.setup.within import within
+from identify.vibration.problem import load_problem
+from identify.vibration.study import read_study
+from tests.hidden import config_of
+from tests.setup import studies
+from tests.shared import shared
+
+KEY = ("measurements", 0, "correct", "outputs")
+
+
+def test_several_channels_are_found_together(tmp_path: Path) -> None:
+    """Two points exchanged and a third one reversed: each is right beside the other."""
+    wrong = Correction(nodes={5: 9, 9: 5}, outputs={"12": -1.0})
+    told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)))
+    found = misread(told, scored(told.problem()))
+    assert found is not None
+    assert {one.sentence for one in found.hypotheses} == {
+        "points 5 and 9 are exchanged",
+        "all channels of point 12 have the other sign",
+    }
+    assert found.gap_after < 0.5 * found.gap_before
+    data = edited(told.data, [edit for one in found.hypotheses for edit in one.edits])
+    corrected = scored(studies.of(tmp_path, data).problem())
+    right = studies.of(tmp_path, studies.config())
+    assert corrected.cost == pytest.approx(scored(right.problem()).cost, rel=0.05)
+
+
+def test_nothing_is_misread_in_a_right_study(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    assert misread(told, scored(told.problem())) is None
+
+
+def test_mistakes_are_named_beside_twenty_effects(tmp_path: Path) -> None:
+    """Bearings, base, links, hoses: far more than a single turned sensor leaves."""
+    told = stated(load_problem(read_study(config_of(shared("hall", "h7_blunders_9101_level1"), tmp_path))))
+    found = misread(told, scored(told.problem()))
+    assert found is not None
+    assert {one.code for one in found.hypotheses} == {"points-exchanged", "sensor-turned", "sensor-sign"}
+
+
+def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: Path) -> None:
+    """As where a brake is asked for in that file alone."""
+    first, second = studies.each()
+    kept = [first, {**second, "use": "validate"}]
+    told = studies.of(tmp_path, studies.config(measurements=kept, uncertainty="careful")).without(0)
+    assert np.isfinite(within(scored(told.problem()), told.uncertainty).gap)
+
+
+def test_entries_are_put_beside_those_that_are_there() -> None:
+    """Whichever came first, and a factor of what has one is that much more."""
+    data = {"measurements": [{"correct": {"outputs": {"5:+X": 2.0}}}]}
+    edits = [Entries(KEY, {"6:+Z": "6:-Z"}), Entries(KEY, {"5:+X": -1.0})]
+    for order in (edits, edits[::-1]):
+        assert edited(data, order)["measurements"][0]["correct"]["outputs"] == {"5:+X": -2.0, "6:+Z": "6:-Z"}
+    assert in_words(edits) == "`measurements.correct.outputs: {6:+Z: 6:-Z, 5:+X: -1}`"
+    assert in_words([Edit(("band_hz",), [3, 80]), *edits]).startswith("`band_hz: [3, 80]`; `measurements")
+
+
+def test_entries_do_not_share_what_they_hold() -> None:
+    """The same entries in two places, of which one gets more."""
+    one = Entries(KEY, {"5:+X": 2.0})
+    data = edited({"measurements": [{}]}, [one, Entries(KEY, {"5:+X": 3.0})])
+    assert data["measurements"][0]["correct"]["outputs"] == {"5:+X": 6.0}
+    assert one.value == {"5:+X": 2.0}
+    assert yaml_text(data)
