@@ -179,8 +179,9 @@ def _apart(one: str, other: str) -> bool:
 
 
 def _spec(arm: str, seed: int, hidden: str, number: int) -> TestSpec:
-    whole = TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2)
-    spec = hide(whole, hidden, _SLIGHT if hidden == MANY else 1.0)
+    many = hidden == MANY
+    whole = TestSpec(MAKES[arm](seed), seed=seed, binary=True, postures=2, linear=many)
+    spec = hide(whole, hidden, _SLIGHT if many else 1.0)
     dirt = _STATED[number % len(_STATED)][1]
     return spec if dirt is None else soil(spec, dirt)
 

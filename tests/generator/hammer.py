@@ -37,6 +37,10 @@ class Impact:
         """The force (3,), N."""
         return np.asarray(self.reading(time) * self.along)
 
+    def forces(self, times: Array) -> Array:
+        """The same (times, 3), N, at several times."""
+        return np.outer(self.reading(times), self.along)
+
 
 def swing(rng: np.random.Generator, axis: int, level: float, error_deg: float, step: float) -> Impact:
     """One impact along an axis (0, 1, 2): level (N) give or take 20 %, 5 to 8 ms wide, beginning anywhere in

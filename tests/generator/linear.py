@@ -1,13 +1,16 @@
-"""The linear model of a plant at rest by central differences of its forward dynamics: poles and exact FRFs,
-without time stepping.
+"""The linear model of a plant at rest by central differences of its forward dynamics: poles, exact FRFs and
+exact small motions, at any step.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from math import ceil
 
 import mujoco
 import numpy as np
+import scipy.linalg
 from numpy.typing import NDArray
 
 from tests.generator.plant import Plant
@@ -18,6 +21,7 @@ _STEPS = (1e-6, 1e-5, 1e-2)
 """Displacement (rad, m), velocity (rad/s, m/s) and force (N): small against what is nonlinear, large against
 rounding.
 """
+_FINER = 16
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,33 @@ class Linear:
     def fastest(self) -> float:
         """Largest modulus of all poles, real ones of overdamped motions too, 1/s."""
         return float(np.abs(np.linalg.eigvals(self.a)).max())
+
+    def respond(self, force: Callable[[Array], Array], until: float, step: float, steps: int) -> Array:
+        """Accelerations (steps, sensors, 3), m/s^2, row n at time n * step (s), of a force (times, 3), N, that
+        is zero after `until`: exact but for the force between samples, a straight line over a sixteenth of a
+        step.  The motion begins at rest.
+        """
+        size, driven = len(self.a), min(steps - 1, ceil(until / step) + 1)
+        fine = step / _FINER
+        loads = force(fine * np.arange(driven * _FINER + 1))
+        block = np.zeros((size + 6, size + 6))
+        block[:size, :size], block[:size, size : size + 3] = fine * self.a, fine * self.b
+        block[size : size + 3, size + 3 :] = np.eye(3)
+        block = scipy.linalg.expm(block)
+        held, rising = block[:size, size : size + 3], block[:size, size + 3 :]
+        kicks = loads[:-1] @ held.T + np.diff(loads, axis=0) @ rising.T
+        states = np.zeros((steps, size))
+        here = states[0]
+        for row in range(driven):
+            for kick in kicks[row * _FINER : (row + 1) * _FINER]:
+                here = block[:size, :size] @ here + kick
+            states[row + 1] = here
+        free = scipy.linalg.expm(step * self.a)
+        for row in range(driven, steps - 1):
+            states[row + 1] = free @ states[row]
+        read = states @ self.c.T
+        read[: driven + 1] += loads[::_FINER] @ self.d.T
+        return np.asarray(read.reshape(steps, -1, 3))
 
     def accelerance(self, s: Complex) -> Complex:
         """H (len(s), outputs, 3), m/s^2/N, outputs being x, y, z of each sensor in turn."""

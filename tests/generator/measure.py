@@ -58,7 +58,7 @@ def make_chain(spec: TestSpec, decay: float, plants: list[Plant]) -> Chain:
     """
     fastest = max(linearise(plant, spec.hammer_points[0], torques=True).fastest for plant in plants)
     oversampling = spec.oversampling
-    while fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
+    while not spec.linear and fastest / (spec.sample_rate_hz * oversampling) > _STABLE:
         oversampling *= 2
     chain = Chain(
         spec.sample_rate_hz,
@@ -118,6 +118,7 @@ def _strike(
     """All averages of one drive direction, recorded with each noise: where names the point and the axis."""
     times, window, names = chain.step * np.arange(chain.steps), chain.window(), plant.sensors
     records: list[list[tuple[Array, Array]]] = [[] for _ in noises]
+    linear = linearise(plant, where[0]) if spec.linear else None
     held = np.eye(3)
     if spec.held_askew_deg > 0:
         vector = np.radians(spec.held_askew_deg) * rng.normal(size=3)
@@ -125,7 +126,10 @@ def _strike(
     for _ in range(spec.averages):
         impact = swing(rng, where[1], level * spec.peak_n, spec.direction_error_deg, chain.step)
         impact = replace(impact, along=held @ impact.along, start=impact.start + spec.pre_trigger_s)
-        motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
+        if linear is None:
+            motion = plant.respond(where[0], impact.force, impact.end, chain.step, chain.steps)
+        else:
+            motion = linear.respond(impact.forces, impact.end, chain.step, chain.steps)
         for record, noise in zip(records, noises, strict=True):
             force = window * chain.force(impact.reading(times), noise)
             response = window[:, None] * chain.responses(motion, names, noise).reshape(chain.samples, -1)

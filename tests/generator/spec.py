@@ -23,7 +23,8 @@ class TestSpec:
     multiples of the truth.  told: the arm as its user knows it (None: as it is); sensors: what channels make
     of true x, y, z, by name of point; held_askew_deg: of the hammer in each posture and direction, the same
     for all averages; pre_trigger_s: how long before the impacts the records begin; noisier: how many times
-    the noise the postures have, in their order (further ones: once).
+    the noise the postures have, in their order (further ones: once); linear: whether motions are those of the
+    linear model, exact at any step, where many stiff springs would take steps of microseconds.
     """
 
     __test__: ClassVar[bool] = False
@@ -53,6 +54,7 @@ class TestSpec:
     held_askew_deg: float = 0.0
     pre_trigger_s: float = 0.0
     noisier: tuple[float, ...] = ()
+    linear: bool = False
 
     @property
     def hammer_points(self) -> tuple[str, ...]:
