@@ -171,7 +171,7 @@ def test_small_motions_of_the_linear_model_are_those_of_time_steps() -> None:
     spec = hide(replace(GENTLE, force_n=0.01), "tilt_j2")
     (steps, _), (exact, _) = (measured(one) for one in (spec, replace(spec, linear=True)))
     for where, one in steps.items():
-        assert np.abs(exact[where].h1 - one.h1).max() < 1e-4 * np.abs(one.h1).max()
+        assert np.abs(exact[where].h1 - one.h1).max() < 3e-4 * np.abs(one.h1).max()
 
 
 def test_faults_change_the_channels_they_name() -> None:

@@ -47,8 +47,8 @@ class Linear:
         return float(np.abs(np.linalg.eigvals(self.a)).max())
 
     def respond(self, force: Callable[[Array], Array], until: float, step: float, steps: int) -> Array:
-        """Accelerations (steps, sensors, 3), m/s^2, row n at time n * step (s), of a force (times, 3), N, that
-        is zero after `until`: exact but for the force between samples, a straight line over a sixteenth of a
+        """Accelerations (steps, sensors, 3), m/s^2, row n at time n * step (s), of a force (times, 3), N,
+        which is zero after `until`: exact but for the force, a straight line over each sixteenth of a
         step.  The motion begins at rest.
         """
         size, driven = len(self.a), min(steps - 1, ceil(until / step) + 1)
