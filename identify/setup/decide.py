@@ -108,9 +108,9 @@ def decided(found: Searched) -> Decision | None:
     return Decision(best, alike, factor, odds, rivals)
 
 
-def log_odds(share: float, count: int) -> float:
-    """Of what leaves a share of squares of as many FRFs; none where it leaves too much."""
-    return -0.5 * count * float(np.log(share)) if share <= LEFT else -np.inf
+def log_odds(share: float, count: int, most: float = LEFT) -> float:
+    """Of what leaves a share of squares of as many FRFs; none where it leaves more than the most it may."""
+    return -0.5 * count * float(np.log(share)) if share <= most else -np.inf
 
 
 def _left(plain: Score, best: Score, touched: Sequence[Mask], *, levelled: bool) -> float:

@@ -11,13 +11,13 @@ import numpy as np
 from identify.core.errors import InputError, InputErrors
 from identify.core.threads import one_thread
 from identify.core.thresholds import CONVINCING, QUIET
+from identify.setup.beside_springs import beside_springs
 from identify.setup.bounds import sag, too_stiff
 from identify.setup.brakes import brake
 from identify.setup.constants import NEAR, Factor, near
 from identify.setup.decide import Decision, decided
 from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
-from identify.setup.misread import misread
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
 from identify.setup.soft import springs_explain
@@ -103,7 +103,7 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     else:
         found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), now.gap))
         if found.looked.diagnosis is None:
-            found = _misread(as_stated, first, found)
+            found = _beside_springs(as_stated, first, found)
     if too_stiff(found.corrected):
         return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
@@ -166,21 +166,27 @@ def _and_braked(as_stated: Stated, found: Found) -> Found:
     return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
 
 
-def _misread(as_stated: Stated, first: Score, found: Found) -> Found:
-    """Channels that are misread beside many effects, where no mistake explains the data alone."""
-    wrong = misread(as_stated, first)
+def _beside_springs(as_stated: Stated, first: Score, found: Found) -> Found:
+    """Mistakes beside many effects, where none explains the data alone."""
+    wrong = beside_springs(as_stated, first)
     if wrong is None:
         return found
-    edits = tuple(edit for one in wrong.hypotheses for edit in one.edits)
+    mistakes = [Mistake(one.code, one.sentence) for one in wrong.hypotheses]
+    if wrong.factors:
+        factor = _factor_mistake(wrong.factors[0])
+        others = tuple(reason for one in wrong.factors[1:] for reason in one.reasons)
+        mistakes.append(replace(factor, otherwise=(*factor.otherwise, *others)))
     told = Diagnosis(
-        tuple(Mistake(one.code, one.sentence) for one in wrong.hypotheses),
+        tuple(mistakes),
         _sure(wrong.log_odds),
         wrong.gap_before,
         wrong.gap_after,
-        edits,
+        wrong.edits,
         softened=True,
     )
-    return Found(Looked(found.looked.gap, told), scored(as_stated.changed(edits).problem(), first.values))
+    return Found(
+        Looked(found.looked.gap, told), scored(as_stated.changed(wrong.edits).problem(), first.values)
+    )
 
 
 def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:

@@ -4,7 +4,7 @@ promising for some more; what is best becomes the base for the next round, becau
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -193,19 +193,23 @@ def _least_level(tried: list[Candidate]) -> list[Candidate]:
 
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, the most promising, best first."""
-    small = base.stated.glanced()
-    rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
-    glanced = [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
-    settled = sorted([_settled(base, one) for one in _promising(glanced)], key=_cost)
+    settled = sorted([_settled(base, one) for one in _promising(glanced(base, hypotheses))], key=_cost)
     for n in [n for n, one in enumerate(settled) if one.hypotheses[-1].moved][:1]:
-        settled[n] = _finer(settled[n])
+        settled[n] = finer(settled[n], _refitted)
     settled.sort(key=_cost)
     return sorted([*map(_anew, settled[:_ANEW]), *settled[_ANEW:]], key=_cost)
 
 
-def _promising(glanced: Sequence[Candidate]) -> list[Candidate]:
+def glanced(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """Hypotheses on top of a candidate, fitted for a few steps to fewer lines of fewer measurements."""
+    small = base.stated.glanced()
+    rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
+    return [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
+
+
+def _promising(tried: Sequence[Candidate]) -> list[Candidate]:
     """The best; of those that hold a number which is only about right few, which are then made better."""
-    best = sorted(glanced, key=_cost)
+    best = sorted(tried, key=_cost)
     about = [one for one in best if one.hypotheses[-1].moved][_ABOUT:]
     return [one for one in best if not any(one is other for other in about)][:_PROMISING]
 
@@ -253,28 +257,32 @@ def _settled(base: Candidate, one: Candidate) -> Candidate:
     return Candidate(stated, scored(stated.problem(), one.score.values), one.hypotheses)
 
 
+def _refitted(stated: Stated, known: Score) -> Score:
+    return scored(stated.problem(), known.values)
+
+
 def _anew(one: Candidate) -> Candidate:
     """A candidate, or what it becomes from other starts, if that is better."""
     again = replace(one, score=scored(one.stated.problem()))
     return min(one, again, key=_cost)
 
 
-def _finer(one: Candidate) -> Candidate:
+def finer(one: Candidate, fitted: Callable[[Stated, Score], Score]) -> Candidate:
     """A candidate whose last mistake holds numbers that are only about right, with better ones: Gauss-Newton
-    on what a fit of all else leaves, with slopes from differences.
+    on what a fit of all else leaves, with slopes from differences; fitted: a variant, from a score on.
     """
     best, reach = one, one.hypotheses[-1].reach
     for _ in range(_STEPS):
         numbers = best.hypotheses[-1].numbers
         assert numbers is not None
-        sides = [_moved(best, numbers + reach * axis) for axis in np.eye(len(numbers))]
+        sides = [_moved(best, numbers + reach * axis, fitted) for axis in np.eye(len(numbers))]
         left, *others = (_residuals(found) for found in (best, *sides))
         if any(len(other) != len(left) for other in others):
             break  # other channels are moved there
         slopes = np.array([other - left for other in others]).T
         step = -np.linalg.lstsq(slopes, left, rcond=None)[0]
         step *= min(1.0, _FARTHER / max(float(np.linalg.norm(step)), 1e-9))
-        best = min([best, *sides, _moved(best, numbers + reach * step)], key=_cost)
+        best = min([best, *sides, _moved(best, numbers + reach * step, fitted)], key=_cost)
         reach *= _CLOSER
     return best
 
@@ -285,11 +293,10 @@ def _residuals(one: Candidate) -> Array:
     return np.concatenate([found.real, found.imag])
 
 
-def _moved(one: Candidate, numbers: Array) -> Candidate:
+def _moved(one: Candidate, numbers: Array, fitted: Callable[[Stated, Score], Score]) -> Candidate:
     """A candidate with other numbers in its last mistake."""
     before = one.hypotheses[-1]
     assert before.moved is not None
     last = before.moved(numbers)
     stated = one.stated.changed(last.edits)
-    score = scored(stated.problem(), one.score.values)
-    return Candidate(stated, score, (*one.hypotheses[:-1], last))
+    return Candidate(stated, fitted(stated, one.score), (*one.hypotheses[:-1], last))

@@ -1,4 +1,4 @@
-"""Channels that are misread, judged beside every spring."""
+"""Mistakes of the set-up that are judged beside every spring."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import pytest
 
 from identify.core.yaml_input import yaml_text
 from identify.measured.correction import Correction
+from identify.setup.beside_springs import beside_springs
 from identify.setup.edits import Edit, Entries, edited, in_words
-from identify.setup.misread import misread
 from identify.setup.score import scored
 from identify.setup.stated import stated
 from identify.setup.within import within
@@ -27,14 +27,14 @@ def test_several_channels_are_found_together(tmp_path: Path) -> None:
     """Two points exchanged and a third one reversed: each is right beside the other."""
     wrong = Correction(nodes={5: 9, 9: 5}, outputs={"12": -1.0})
     told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)))
-    found = misread(told, scored(told.problem()))
+    found = beside_springs(told, scored(told.problem()))
     assert found is not None
     assert {one.sentence for one in found.hypotheses} == {
         "points 5 and 9 are exchanged",
         "all channels of point 12 have the other sign",
     }
     assert found.gap_after < 0.5 * found.gap_before
-    data = edited(told.data, [edit for one in found.hypotheses for edit in one.edits])
+    data = edited(told.data, found.edits)
     corrected = scored(studies.of(tmp_path, data).problem())
     right = studies.of(tmp_path, studies.config())
     assert corrected.cost == pytest.approx(scored(right.problem()).cost, rel=0.05)
@@ -42,15 +42,19 @@ def test_several_channels_are_found_together(tmp_path: Path) -> None:
 
 def test_nothing_is_misread_in_a_right_study(tmp_path: Path) -> None:
     told = studies.of(tmp_path, studies.config())
-    assert misread(told, scored(told.problem())) is None
+    assert beside_springs(told, scored(told.problem())) is None
 
 
 def test_mistakes_are_named_beside_twenty_effects(tmp_path: Path) -> None:
     """Bearings, base, links, hoses: far more than a single turned sensor leaves."""
     told = stated(load_problem(read_study(config_of(shared("hall", "h7_blunders_9101_level1"), tmp_path))))
-    found = misread(told, scored(told.problem()))
+    found = beside_springs(told, scored(told.problem()))
     assert found is not None
-    assert {one.code for one in found.hypotheses} == {"points-exchanged", "sensor-turned", "sensor-sign"}
+    assert {one.sentence for one in found.hypotheses} == {
+        "points 7 and 8 are exchanged",
+        "the sensor at point 12 is turned: 12:+X is 12:-Y and 12:+Y is 12:+X",
+        "channel 6:+Z has the other sign",
+    }
 
 
 def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: Path) -> None:
