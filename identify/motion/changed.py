@@ -24,7 +24,7 @@ def with_numbers(
     problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]
 ) -> MotionProblem:
     """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start
-    there.
+    there, others where they did.
 
     Raises InputError for a number that the study's sections do not have.
     """
@@ -37,7 +37,8 @@ def with_numbers(
             raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
         sections[section] = sections[section].model_copy(update={key: number})
     table = number_table(sections, len(problem.robot.joints), len(problem.springs))
-    started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
+    before = {p.name: p.initial for p in problem.parameters if p.name.partition(".")[2] not in free}
+    started = [p.at({**before, **values}.get(p.name, p.initial)) for p in problem.springs + table.parameters]
     springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
     return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
 

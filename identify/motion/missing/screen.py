@@ -18,7 +18,7 @@ from identify.core.parameters import Scale
 from identify.model.laws.friction import Smoothing
 from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
-from identify.motion.missing.catalogue import Kind, kinds
+from identify.motion.missing.catalogue import OFF, Kind, kinds
 from identify.motion.missing.springs import SpringKind, rigid
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -28,8 +28,8 @@ from identify.motion.trajectory import TrajectoryObjective
 LAWS = {"tanh": "dry friction as a hyperbolic tangent of speed", "root": "dry friction as a root of speed"}
 _SOFTENED = 2.0
 """By how much a spring that is as stiff as can be is softened to see what it does."""
-_FARTHEST, _WIDEST = 1.0, 10.0
-"""How far from where it is an effect starts: logarithm of a number that is not as stated; times its size."""
+_WIDEST = 10.0
+"""How far from where it is an amplitude starts, over its size."""
 _SHARES = 0.5 ** np.arange(4)
 """Shares of what least squares asks for that are simulated: a line search without a slope."""
 PART = 0.1
@@ -352,7 +352,17 @@ def _starts(place: Place, amplitudes: Array) -> dict[str, float]:
         return {f"{kind.coordinates[n]}.stiffness": stiffness}
     found = {}
     for key, present, amplitude in zip(kind.where, kind.present[:, n], amplitudes, strict=True):
-        most = _FARTHEST if kind.relative else _WIDEST * kind.size[n]
-        away = float(np.clip(amplitude, -most if kind.relative else max(-most, 0.9 * kind.least), most))
-        found[f"joint{n + 1}.{key}"] = float(present * np.exp(away)) if kind.relative else away
+        most = _WIDEST * kind.size[n]
+        found[f"joint{n + 1}.{key}"] = (
+            float(np.clip(_times(amplitude), 1 / OFF, OFF) * present)
+            if kind.relative
+            else float(np.clip(amplitude, max(-most, 0.9 * kind.least), most))
+        )
     return found
+
+
+def _times(away: float) -> float:
+    """What a number is multiplied by whose logarithm is to move by so much to first order: more of it acts in
+    proportion to it, less of it to one over it.
+    """
+    return 1 + away if away > 0 else 1 / (1 - away)

@@ -5,12 +5,12 @@ them, and the effects that a study names.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.core.parameters import Values
 from identify.core.text import listed
 from identify.model.effects.base_compliance import BaseCompliance
@@ -28,25 +28,34 @@ as stiff as can be simulated with ease.
 """
 _SOFTEST_HZ = 3.0
 """Alone, no spring of an arm resonates lower."""
-_CLASSES = (("compliance of the gear", ("rz",)), ("tilt compliance", ("rx", "ry")))
-LINKS = "flexibility of links"
+_GEAR, _JOINT, _BASE = ("rz",), ("rx", "ry"), ("rx", "ry", "rz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
 class SpringKind:
     """Coordinates (n,) of a class that are rigid, and stiffness of each, from which its compliance is near
-    zero, and at which it is as soft as may be.
+    zero, and at which it is as soft as may be; whole: all coordinates of a place, a link, give way together.
     """
 
     name: str
     coordinates: tuple[str, ...]
     stiff: Array
     soft: Array
+    whole: bool = False
+
+    def of(self, able: Mask, stiff: Array, soft: Array) -> SpringKind:
+        """Those of its coordinates that are able (n,) to be springs, of whole places only, with stiffness."""
+        if self.whole:
+            places = [name.rpartition(".")[0] for name in self.coordinates]
+            rigid = {place for place, can in zip(places, able, strict=True) if not can}
+            able = np.array([place not in rigid for place in places])
+        kept = tuple(name for name, can in zip(self.coordinates, able, strict=True) if can)
+        return replace(self, coordinates=kept, stiff=stiff[able], soft=soft[able])
 
     def candidate(self, picked: Sequence[int]) -> MotionCandidate:
         """As an effect of some of its coordinates."""
         places = {self.coordinates[n].rpartition(".")[0] for n in picked}
-        if self.name == LINKS:  # all of a link gives way
+        if self.whole:
             picked = [n for n, name in enumerate(self.coordinates) if name.rpartition(".")[0] in places]
         names = [self.coordinates[n] for n in picked]
         stiff = {self.coordinates[n]: float(f"{self.stiff[n]:.6g}") for n in picked}
@@ -58,7 +67,7 @@ class SpringKind:
         for place in dict.fromkeys(name.rpartition(".")[0] for name in names):
             own = {name.rpartition(".")[2]: stiff[name] for name in names if name.startswith(f"{place}.")}
             effects.append(_effect(place, own, bounds))
-        said = sorted(places) if self.name == LINKS else names
+        said = sorted(places) if self.whole else names
         return MotionCandidate(name=f"{self.name} ({listed(said)})", effects=effects)
 
 
@@ -69,38 +78,39 @@ def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, Motio
     """
     told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
     step, found = min(problem.step_s, _STEP), []
-    for name, own in _groups(problem, values).items():
+    for group in _groups(problem, values):
+        own = group.coordinates
         effects = [_usual(coordinate) for coordinate in own]
         softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
         usual = {p.name.rpartition(".")[0]: p.initial for p in softer.springs if p.name.endswith("stiffness")}
         start = np.array([usual[coordinate] for coordinate in own])
         stiff = _stiffest(softer, own, start, step)
         soft = (_SOFTEST_HZ / START_HZ) ** 2 * start
-        able = stiff > soft
-        if name == LINKS:
-            able = np.repeat(able.reshape(-1, len(AXES)).all(axis=1), len(AXES))
-        kept = tuple(name for name, can in zip(own, able, strict=True) if can)
-        kind = SpringKind(name, kept, stiff[able], soft[able])
-        if able.any():
+        kind = group.of(stiff > soft, stiff, soft)
+        if kind.coordinates:
             effects = kind.candidate(range(len(kind.coordinates))).effects
             found.append((kind, with_effects(problem, effects, told)))
     return found
 
 
-def _groups(problem: MotionProblem, values: Array) -> dict[str, list[str]]:
-    """Names of springs that a problem does not have, by class."""
+def _groups(problem: MotionProblem, values: Array) -> list[SpringKind]:
+    """Springs that a problem does not have, by class, of no stiffness yet."""
     robot, released = problem.robot, {p.name.rpartition(".")[0] for p in problem.springs}
-    groups = {
-        name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
-    }
-    if robot.links[0].mass > 0:
-        groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
-    links = LinkFlexibility.instances(robot, {})
-    groups[LINKS] = [name for link in links for own in parts(link, robot).values() for name in own]
-    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
-        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
-    left = {name: [one for one in group if one not in released] for name, group in groups.items()}
-    return {name: own for name, own in left.items() if own}
+    joints = [f"joint{n + 1}" for n in range(len(robot.joints))]
+    turns = np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) > 0  # alone, behind a spring
+    links = [parts(link, robot).values() for link in LinkFlexibility.instances(robot, {})]
+    classes = [
+        (
+            "compliance of the gear",
+            [f"{joint}.{axis}" for joint in joints if weighs for axis in _GEAR],
+            False,
+        ),
+        ("tilt compliance", [f"{one}.{axis}" for one in joints for axis in _JOINT], False),
+        ("compliance of the base", [f"base.{axis}" for axis in _BASE if robot.links[0].mass > 0], False),
+        ("flexibility of links", [name for link in links for own in link for name in own], True),
+    ]
+    left = [(name, tuple(c for c in own if c not in released), whole) for name, own, whole in classes]
+    return [SpringKind(name, own, np.zeros(0), np.zeros(0), whole) for name, own, whole in left if own]
 
 
 def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: float) -> Array:
