@@ -18,6 +18,7 @@ _COARSE = 1.75
 """Step times angular frequency where models are only compared: stable, which it is below 2; modes as fast as
 that only follow what pushes them.
 """
+_WHOLE = 1e-6
 
 
 def with_numbers(
@@ -69,13 +70,15 @@ def resolved(problem: MotionProblem) -> MotionProblem:
 
 def coarse(problem: MotionProblem) -> MotionProblem:
     """The same problem in the longest steps in which its fastest mode at the start is stable, for comparing
-    models with each other; as it is with a delay, which must be whole steps.
+    models with each other; its delay stays whole steps.
     """
-    servo, omega = problem.file.study.servo, fastest_mode(problem)
-    if servo.delay_s > 0:
-        return problem
-    parts = int(np.ceil(max(1.0, servo.period_s * omega / _COARSE)))
-    return replace(problem, step_s=max(problem.step_s, servo.period_s / parts))
+    servo = problem.file.study.servo
+    for parts in range(1, round(servo.period_s / problem.step_s)):
+        step = servo.period_s / parts
+        whole = abs(servo.delay_s / step - round(servo.delay_s / step)) < _WHOLE
+        if whole and step * fastest_mode(problem, step) <= _COARSE:
+            return replace(problem, step_s=step)
+    return problem
 
 
 def merged(numbers: Sequence[Mapping[str, JointNumber]]) -> dict[str, JointNumber]:

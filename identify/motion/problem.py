@@ -381,22 +381,24 @@ def _step(problem: MotionProblem) -> float:
     return period / round(parts)
 
 
-def fastest_mode(problem: MotionProblem) -> float:
-    """Angular frequency, rad/s, of the fastest undamped mode of the arm with free drives at the first
-    record's start; 0 for a rigid arm.
+def fastest_mode(problem: MotionProblem, step_s: float = 0.0) -> float:
+    """Angular frequency, rad/s, of the fastest mode of the arm with free drives at the first record's start,
+    0 for a rigid arm: undamped, or as it is to a step of so long.
+
+    A step that takes dampers implicitly is stable where it is below 2 over that: k h^2 < 4 m + 2 h d.
     """
-    return float(_modes(problem, problem.records[0].command.position[0]).max(initial=0.0))
+    return float(_modes(problem, problem.records[0].command.position[0], step_s).max(initial=0.0))
 
 
-def _modes(problem: MotionProblem, turn: Array) -> Array:
-    """Angular frequencies, rad/s, of the undamped arm with free drives at drive angles (joints,) and start
-    values; 0 for rigid motion.
+def _modes(problem: MotionProblem, turn: Array, step_s: float = 0.0) -> Array:
+    """Angular frequencies, rad/s, of the arm with free drives at drive angles (joints,) and start values, 0
+    for rigid motion: undamped, but for what dampers take of a step.
     """
     values = problem.initial[None]
     passive = problem.passive(values, problem.table.arrays(values))
     position = np.zeros(len(problem.arm.names))
     position[problem.arm.drive] = turn
-    mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0])
+    mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0] + step_s / 2 * passive.damping[0])
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(passive.stiffness[0]))).real
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 

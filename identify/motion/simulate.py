@@ -196,11 +196,14 @@ def simulate(
 
 @dataclass
 class Latency:
-    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two."""
+    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two; past:
+    those of the last steps, (steps, lanes, joints), in a ring.
+    """
 
     whole: Index
     part: Array
-    past: deque[Array]
+    past: Array
+    step: int = 0
 
     @classmethod
     def of(cls, steps: Array, given: Array) -> Latency | None:
@@ -208,15 +211,14 @@ class Latency:
         if not steps.any():
             return None
         whole = np.floor(steps).astype(int)
-        size = int(whole.max()) + 2
-        return cls(whole, steps - whole, deque([given] * size, maxlen=size))
+        return cls(whole, steps - whole, np.repeat(given[None], int(whole.max()) + 2, axis=0))
 
     def passed(self, command: Array) -> Array:
         """What arrives as a command (lanes, joints) is given."""
-        self.past.append(command)
-        past, last = np.stack(self.past), len(self.past) - 1 - self.whole
-        rows = np.stack([last, last - 1])
-        new, old = np.take_along_axis(past, rows, axis=0)
+        self.past[self.step % len(self.past)] = command
+        rows = (self.step - np.stack([self.whole, self.whole + 1])) % len(self.past)
+        new, old = np.take_along_axis(self.past, rows, axis=0)
+        self.step += 1
         return np.asarray((1 - self.part) * new + self.part * old)
 
 

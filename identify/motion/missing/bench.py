@@ -19,8 +19,9 @@ from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.lean import needed, worth
-from identify.motion.missing.long_steps import LongSteps, changed
-from identify.motion.missing.screen import PART, Promise, effect_of, promises
+from identify.motion.missing.linear import effect_of
+from identify.motion.missing.long_steps import LongSteps, changed, foreseen
+from identify.motion.missing.screen import PART, Promise, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -71,22 +72,21 @@ class MissingBench(MotionWorkbench):
         return self.settled(super().begin())
 
     def settled(self, model: FittedMotion) -> FittedMotion:
-        """The model beside records less the error of its step, where that is not small beside its gap."""
-        if self._steps is None and _step_share(model) <= _STEP_SHARE:
+        """The model beside records less the error of its step, where that is not small beside its gap, or is
+        another than at the model that it was computed at.
+        """
+        at, values = model.problem.step_s, model.fit.values
+        measured = replace(model.problem, records=self._fine.records)
+        before, now = (
+            None if self._steps is None else self._steps.foreseen(at),
+            foreseen(measured, values, at),
+        )
+        if changed(before, now) <= _STEP_SHARE * model.fit.cost:
             return model
-        steps, at = self._measured(model), model.problem.step_s
-        before = None if self._steps is None else self._steps.error(at)
-        if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
-            return model
-        self._steps = steps
+        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
+        self._steps = LongSteps(measured, values, shortest, {at: now})
         self._fitted.clear()
         return self._with(model, model.added)
-
-    def _measured(self, model: FittedMotion) -> LongSteps:
-        """The error of steps at a model."""
-        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
-        as_measured = replace(model.problem, records=self._fine.records)
-        return LongSteps(as_measured, model.fit.values, shortest)
 
     def _at_hand(self, problem: MotionProblem) -> MotionProblem:
         """A problem beside records less the error of its step, where that is known."""
@@ -230,10 +230,3 @@ def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> F
     cost = float(fitted_objective(problem).costs(values[None])[0])
     start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
     return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0), effects)
-
-
-def _step_share(model: FittedMotion) -> float:
-    """RMS of what half the step changes, times two (Richardson), over the gap."""
-    pair = model.problem, model.problem.halved
-    rows = [fitted_objective(one).smooth(model.fit.values) for one in pair]
-    return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))
