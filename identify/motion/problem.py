@@ -119,47 +119,56 @@ class MotionProblem:
             target[:, row] = unit * values[:, column]
         return Passive(armature, stiffness, damping)
 
-    def run(self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False) -> SimulatedMotion:
+    def run(
+        self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False, every: int = 1
+    ) -> SimulatedMotion:
         """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
-        first candidate first; near: the arm of all but the first is linearised beside it.
+        first candidate first; near: the arm of all but the first is linearised beside it; every: ticks from
+        one that is kept to the next.
 
         Extrapolated where the study says so: with an error in proportion to the step, 2 m(h/2) - m(h) has
         none (Richardson 1911).
         """
-        once = self._stepped(values, records, near)
+        once = self._stepped(values, records, near, every)
         if not self.file.study.extrapolate:
             return once
-        return extrapolated(once, self.halved._stepped(values, records, near))
+        return extrapolated(once, self.halved._stepped(values, records, near, every))
 
     @property
     def halved(self) -> MotionProblem:
         """The same with half the step."""
         return replace(self, step_s=self.step_s / 2)
 
-    def _stepped(self, values: Array, records: Sequence[PreparedRecord], near: bool) -> SimulatedMotion:
+    def _stepped(
+        self, values: Array, records: Sequence[PreparedRecord], near: bool, every: int
+    ) -> SimulatedMotion:
         """Records that are driven by their controllers side by side, and those that were fed in."""
         driven = [number for number, record in enumerate(records) if record.fed is None]
         if len(driven) == len(records):
-            return self._driven(values, records, near)
+            return self._driven(values, records, near, every)
         parts = {
-            n: self._fed(values, record.fed) for n, record in enumerate(records) if record.fed is not None
+            n: self._fed(values, record.fed, every)
+            for n, record in enumerate(records)
+            if record.fed is not None
         }
         if driven:
-            together = self._driven(values, [records[number] for number in driven], near)
+            together = self._driven(values, [records[number] for number in driven], near, every)
             parts |= {n: together.lanes(slice(at, None, len(driven))) for at, n in enumerate(driven)}
         return side_by_side([parts[number] for number in range(len(records))])
 
-    def _fed(self, values: Array, motion: FedMotion) -> SimulatedMotion:
-        return fed(self.plant(values, self.table.arrays(values)), motion)
+    def _fed(self, values: Array, motion: FedMotion, every: int) -> SimulatedMotion:
+        return fed(self.plant(values, self.table.arrays(values)), motion).kept(every)
 
-    def _driven(self, values: Array, records: Sequence[PreparedRecord], near: bool) -> SimulatedMotion:
+    def _driven(
+        self, values: Array, records: Sequence[PreparedRecord], near: bool, every: int
+    ) -> SimulatedMotion:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
         plant, law = self.plant(lanes, numbers), self.law(numbers)
         orders = self._orders(records, plant, len(values), ticks)
         leading = len(records) if near else None
-        return simulate(plant, law, orders, replace(self.timing, ticks=ticks), leading)
+        return simulate(plant, law, orders, replace(self.timing, ticks=ticks, every=every), leading)
 
     def plant(self, lanes: Array, numbers: dict[str, Array]) -> Plant:
         """What moves, a lane per row of parameter values (lanes, parameters)."""

@@ -21,7 +21,7 @@ from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.linear import effect_of
 from identify.motion.missing.long_steps import LongSteps, changed, foreseen
-from identify.motion.missing.screen import PART, Promise, promises
+from identify.motion.missing.screen import Promise, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -29,10 +29,12 @@ from identify.motion.study import MotionCandidate
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED = 3
+_TRIED = 5
 """Effects that are refitted together, at most: what they promise is without what is free fitted anew."""
 _ENDED, _CLOSE = 2, 0.5
-"""How many of them are fitted to their end, and what part of the best one's fall of ln gap they then have."""
+"""How many of them are fitted to their end; what part of the best one's odds, and then of its fall of ln gap,
+is close.
+"""
 _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
 cannot take a hundredth off the gap; into how many parts a step is divided to know it.
@@ -40,8 +42,11 @@ cannot take a hundredth off the gap; into how many parts a step is divided to kn
 _SURE = 20 * CONVINCING
 """Log odds by the curvature at a fit above which an effect stays, whatever all others would make up for."""
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-3})
-_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
-_BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
+_REFIT, _BRIEF = (
+    StageSettings.parse({"kind": "gauss-newton", "evaluations": evaluations, "tolerance": 1e-2})
+    for evaluations in (15, 4)
+)
+"""To a hundredth of the squares: less than what an effect must take off."""
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0, persistent=True)
 
@@ -112,7 +117,7 @@ class MissingBench(MotionWorkbench):
         for trial in screened:
             promise = known[id(trial.effect)]
             new = not any(promise.same(one) for one in different)
-            if promise.log_odds < PART * most or (new and len(different) == _TRIED):
+            if promise.log_odds < _CLOSE * most or (new and len(different) == _TRIED):
                 break
             different += [promise] if new else []
             found.append(trial)

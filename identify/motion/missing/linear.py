@@ -101,14 +101,14 @@ class Sight:
 
 
 def solutions(places: Sequence[Place], sight: Sight) -> list[Solution]:
-    """Of each kind the sets of places that promise something, one for each of the places that lead."""
+    """Of each kind the sets of places that promise something: those that lead, alone and grown."""
     kinds = {id(place.kind): place.kind for place in places}.values()
     return [one for kind in kinds for one in _of_kind([p for p in places if p.kind is kind], sight)]
 
 
 def _of_kind(places: Sequence[Place], sight: Sight) -> list[Solution]:
-    """The sets of a kind's places, each grown from a place that leads by what gains most beside those in it;
-    each set once.
+    """The sets of a kind's places, each one that leads alone, and grown by what gains most beside those in
+    it; each set once.
     """
     left = [sight.beyond(place.columns) for place in places]
     frame, small = np.linalg.qr(np.concatenate(left, axis=1))
@@ -121,8 +121,8 @@ def _of_kind(places: Sequence[Place], sight: Sight) -> list[Solution]:
     leads = sorted((n for n in gains if gains[n] > 0 and gains[n] >= _LEADS * most), key=lambda n: -gains[n])
     found = dict[tuple[int, ...], Solution]()
     for lead in leads:
-        grown = reduced.grown(lead)
-        found.setdefault(tuple(sorted(place.number for place in grown.places)), grown)
+        for one in reduced.grown(lead):
+            found.setdefault(tuple(sorted(place.number for place in one.places)), one)
     return list(found.values())
 
 
@@ -138,8 +138,8 @@ class _Reduced:
     outside: float
     sight: Sight
 
-    def grown(self, lead: int) -> Solution:
-        """A set that begins with one place and takes in another as long as that gains."""
+    def grown(self, lead: int) -> list[Solution]:
+        """A place that leads, and the set that takes in others beside it as long as that gains."""
         first = self.solved([lead])
         assert first is not None
         best, picked = first
@@ -149,7 +149,7 @@ class _Reduced:
             able = [one for n, one in trials if one is not None and n in one[1]]
             top = max(able, key=lambda one: one[0].log_odds, default=None)
             if top is None or top[0].log_odds <= best.log_odds:
-                return best
+                return [first[0], best]
             best, picked = top
 
     def solved(self, numbers: Sequence[int]) -> tuple[Solution, list[int]] | None:

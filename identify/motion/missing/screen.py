@@ -74,9 +74,15 @@ class Promise:
         """
         return self.places == other.places and math.isclose(self.log_odds, other.log_odds, rel_tol=1e-6)
 
+    def within(self, other: Promise) -> bool:
+        """Whether it is another set of places of the same kind that has some of the other's."""
+        return self.kind is not None and self.kind is other.kind and bool({*self.places} & {*other.places})
+
 
 def promises(model: FittedMotion) -> list[Promise]:
-    """All effects that promise something, the most promising first; of each kind the places that do most."""
+    """All effects that promise something, the most promising first; of a kind only sets of places that have
+    none in common.
+    """
     looks = [_numbers(model), _springs(model)]
     sight = _sight(model, sum(len(places) for _, places in looks))
     solved, found = [(lanes, solutions(places, sight)) for lanes, places in looks], _laws(model, sight)
@@ -87,8 +93,7 @@ def promises(model: FittedMotion) -> list[Promise]:
             _promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
         ]
     found.sort(key=lambda promise: -promise.log_odds)
-    kept = {id(promise.kind): promise for promise in reversed(found)}
-    return [promise for promise in found if kept[id(promise.kind)] is promise]
+    return [one for n, one in enumerate(found) if not any(one.within(other) for other in found[:n])]
 
 
 def _sight(model: FittedMotion, tried: int) -> Sight:

@@ -25,19 +25,25 @@ _STIFFER = 1e3
 """Stiffness over a spring's usual start, from which its compliance is near zero."""
 _SOFTEST_HZ = 3.0
 """Alone, no spring of an arm resonates lower."""
+_ACROSS = ("rx", "ry", "tx", "ty")
+"""Of these, the two that are tilts, and the two that are not, give way together: mounts and bearings are
+much the same all round.
+"""
 _GEAR, _JOINT, _BASE = ("rz",), ("rx", "ry"), ("rx", "ry", "rz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
 class SpringKind:
-    """Coordinates (n,) of a class that are rigid, and stiffness and damping that each usually starts from;
-    whole: all coordinates of a place, a link, give way together.
+    """Coordinates (n,) of a class that are rigid, stiffness and damping that each usually starts from, and by
+    how long, s, springs lag at least, a step: with such a damper steps are stable, however stiff the spring
+    and light what it carries; whole: all coordinates of a place, a link, give way together.
     """
 
     name: str
     coordinates: tuple[str, ...]
     stiffness: Array
     damping: Array
+    lag_s: float = 0.0
     whole: bool = False
 
     @property
@@ -51,26 +57,30 @@ class SpringKind:
         return (_SOFTEST_HZ / START_HZ) ** 2 * self.stiffness
 
     def starts(self, compliance: Mapping[int, float]) -> dict[str, float]:
-        """Where springs start, by name, with dampers that are the usual part of critical ones: of compliances
-        by coordinate; one of none is as stiff as the stiffest beside it.
+        """Where springs start, by name, of compliances by coordinate, one of none as stiff as the stiffest
+        beside it, with dampers by which they lag as usual.
         """
-        found = {}
+        found, lag = dict[str, float](), np.maximum(self.damping / self.stiffness, self.lag_s)
         for place in self.places:
             own = {n: compliance[n] for n in place if n in compliance}
             least = min((one for one in own.values() if one > 0), default=0.0)
             for n, one in own.items():
                 k = float(np.clip(1 / max(one, least, 1 / self.stiff[n]), self.soft[n], self.stiff[n]))
-                share = self.damping[n] / np.sqrt(self.stiffness[n])
                 found[f"{self.coordinates[n]}.stiffness"] = k
-                found[f"{self.coordinates[n]}.damping"] = float(share * np.sqrt(k))
+                found[f"{self.coordinates[n]}.damping"] = float(lag[n] * k)
         return found
 
     @property
     def places(self) -> list[list[int]]:
         """Numbers of the coordinates that give way together."""
-        links = [name.rpartition(".")[0] for name in self.coordinates]
-        own = links if self.whole else list(self.coordinates)
+        own = [self._together(name) for name in self.coordinates]
         return [[n for n, name in enumerate(own) if name == place] for place in dict.fromkeys(own)]
+
+    def _together(self, coordinate: str) -> str:
+        place, _, axis = coordinate.rpartition(".")
+        if self.whole:
+            return place
+        return f"{place}.{axis[0]}" if axis in _ACROSS else coordinate
 
     def candidate(self, picked: Sequence[int]) -> MotionCandidate:
         """As an effect of some of its places."""
@@ -88,10 +98,8 @@ class SpringKind:
 
 
 def rigid(problem: MotionProblem, values: Array) -> tuple[list[SpringKind], MotionProblem]:
-    """The classes that a problem does not have, and the problem that has all of them at their stiffest.
-
-    Beside each such spring is a damper by which it lags by one step: with that, the step is stable however
-    stiff the spring and light what it carries.
+    """The classes that a problem does not have, and the problem that has all of them at their stiffest, each
+    spring beside a damper by which it lags by one step.
     """
     told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
     groups = _groups(problem, values)
@@ -104,13 +112,14 @@ def rigid(problem: MotionProblem, values: Array) -> tuple[list[SpringKind], Moti
             own,
             np.array([usual[f"{coordinate}.stiffness"] for coordinate in own]),
             np.array([usual[f"{coordinate}.damping"] for coordinate in own]),
+            problem.step_s,
             whole,
         )
         for title, own, whole in groups
     ]
     for kind in kinds:
         stiff = zip(kind.coordinates, kind.stiff.tolist(), strict=True)
-        told |= {f"{coordinate}.damping": problem.step_s * k for coordinate, k in stiff}
+        told |= {f"{coordinate}.damping": kind.lag_s * k for coordinate, k in stiff}
     stiffest = [effect for kind in kinds for effect in kind.candidate(range(len(kind.places))).effects]
     return kinds, with_effects(problem, stiffest, told)
 
