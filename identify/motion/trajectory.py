@@ -166,10 +166,13 @@ class TrajectoryObjective(Objective):
     @cached_property
     def _every(self) -> int:
         """Ticks between those of which something was measured, where all samples are at ticks."""
-        times = [record.measured.time_s for record in self.records if record.measured is not None]
+        read = [record for record in self.records if record.measured is not None]
+        times = [record.measured.time_s for record in read if record.measured is not None]
         places = np.concatenate(times) / self.problem.file.study.servo.period_s
         ticks = np.round(places).astype(int)
-        return int(np.gcd.reduce(ticks)) if np.abs(places - ticks).max() < _AT_TICK and ticks.any() else 1
+        last = max(len(record.command.position) for record in read) - 1
+        at_ticks = np.abs(places - ticks).max() < _AT_TICK and 0 < ticks.max() <= last
+        return int(np.gcd.reduce(ticks)) if at_ticks else 1
 
     def signals(self, row: Array) -> list[Array]:
         """A row (count,) as signals (samples, joints), NaN where nothing was measured."""

@@ -195,6 +195,11 @@ def trapezoids(start: Array, moves: list[dict[str, Any]]) -> Array:
     return angles[:: round(PERIOD_S / fine)]
 
 
+def parts(case: Case) -> int:
+    """Steps of the integrator a tick: pieces of a link that bends are light."""
+    return PARTS if case.bending is None else 2 * PARTS
+
+
 def creep(case: Case) -> Array:
     """Speed below which each drive creeps (joints,), rad/s: so that friction, which is then a damper, does
     not outrun the integrator, which is stable up to 2.8 times its step.
@@ -205,7 +210,7 @@ def creep(case: Case) -> Array:
         mass = np.triu(pinocchio.crba(nominal, nominal.createData(), case.start))
         mass = mass + np.triu(mass, 1).T + np.diag(RATIO**2 * case.rotor)
         moved = np.diag(np.linalg.inv(mass))
-    slowest = np.maximum(CREEP, case.coulomb * moved * PERIOD_S / PARTS)
+    slowest = np.maximum(CREEP, case.coulomb * moved * PERIOD_S / parts(case))
     return np.array([float(f"{speed:.6g}") for speed in slowest])
 
 
@@ -285,7 +290,7 @@ class Arm:
         """Signals at the ticks, (ticks, joints): turn of the drives and of the links, rad, reported torque, N
         m; of the tool (ticks, 3), m.
         """
-        c, h = self.case, PERIOD_S / PARTS
+        c, h = self.case, PERIOD_S / parts(self.case)
         speed = np.gradient(wanted, PERIOD_S, axis=0)
         ahead = np.array(
             [
@@ -307,14 +312,14 @@ class Arm:
             - c.feedforward * ahead[0]
             - c.velocity_gain * c.position_gain * (wanted[0] - last)
         )
-        late, rows = [reported] * (int(np.ceil(c.delay_s.max() / h)) + PARTS + 2), []
+        late, rows = [reported] * (int(np.ceil(c.delay_s.max() / h)) + parts(c) + 2), []
         for tick, target in enumerate(wanted):
             turn = y[:size][self.drive]
             rows.append((turn.copy(), y[self.own].copy(), RATIO * reported, self.tool(y)))
             error = c.position_gain * (target - turn) + speed[tick] - (turn - last) / PERIOD_S
             integral, last = integral + c.velocity_gain * c.integral * PERIOD_S * error, turn.copy()
             asked = (c.velocity_gain * error + integral + c.feedforward * ahead[tick]) / RATIO
-            for _ in range(PARTS):
+            for _ in range(parts(c)):
                 late.append(asked)
                 back = np.round(c.delay_s / h).astype(int)
                 given = np.array([late[-1 - b][joint] for joint, b in enumerate(back)])

@@ -40,16 +40,15 @@ def as_it_is(problem: MotionProblem) -> FittedMotion:
     return FittedMotion(problem, Fit(problem.initial, 1.0, (), np.zeros((0, 5)), 0.0))
 
 
-def test_a_creep_speed_twenty_times_what_is_stated_is_promised_where_it_is(
+def test_a_creep_speed_far_from_what_is_stated_is_promised_far_from_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hidden_motion, "CREEP", 0.02)
     monkeypatch.setattr(screen, "_springs", lambda model: (None, []))
-    problem = drawn(tmp_path, creep_velocity=1e-3)
-    found = promises(as_it_is(problem))
-    assert found[0].effect.name == "creep velocity of joints 1 and 2 not as stated"
-    starts = [found[0].starts[f"joint{n}.friction.creep_velocity"] for n in (1, 2)]
-    assert starts == pytest.approx([0.02, 0.02], rel=0.5)
+    found = promises(as_it_is(drawn(tmp_path, creep_velocity=1e-3)))
+    assert found[0].effect.name.startswith("creep velocity of joint")
+    starts = [found[0].starts[f"joint{n + 1}.friction.creep_velocity"] for n in found[0].places]
+    assert all(4e-3 < start < 4e-2 for start in starts)
 
 
 def test_what_is_searched_begins_where_it_was(tmp_path: Path) -> None:

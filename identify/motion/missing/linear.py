@@ -175,12 +175,14 @@ class _Reduced:
 
 def _solved(columns: Array, residual: Array, *, positive: bool) -> tuple[Array, float] | None:
     """Amplitudes that least squares has for columns (n, k), none below zero where they must be positive, and
-    the sum of squares left; None where columns cannot be distinguished.
+    the sum of squares left; None where columns cannot be distinguished, or are nothing.
     """
     size = np.linalg.norm(columns, axis=0)
     seen = size > 0
     unit = columns[:, seen] / size[seen]
     along = np.zeros(len(size))
+    if not seen.any():
+        return None
     if positive:
         along[seen] = scipy.optimize.nnls(unit, -residual)[0]
     elif not seen.all() or np.linalg.eigvalsh(unit.T @ unit)[0] < _ALIKE:
