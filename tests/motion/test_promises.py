@@ -10,12 +10,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.core.errors import InputError, InputErrors
+from identify.core.yaml_input import parse_yaml
 from identify.fitting.fit import Fit
 from identify.motion.changed import coarse, with_effects, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing import screen
 from identify.motion.missing.lean import worth
 from identify.motion.missing.linear import Place, Sight, solutions
+from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.screen import promises
 from identify.motion.missing.springs import SpringKind, rigid
@@ -59,6 +62,22 @@ def test_what_is_searched_begins_where_it_was(tmp_path: Path) -> None:
     names = [f"joint{n}.{what}" for what in ("friction.coulomb", "servo.position_gain") for n in (1, 2)]
     values = {p.name: p.initial for p in then.parameters}
     assert [values[name] for name in names] == [3.0, 1.0, 10.0, 17.0]
+
+
+def test_a_number_is_searched_within_what_it_is_known_to(tmp_path: Path) -> None:
+    """Each joint's own, and so written into the better study."""
+    problem = drawn(tmp_path, coulomb={"initial": [40.0, 5.0], "within": 0.01})
+    found = [(p.lower, p.upper) for p in problem.parameters]
+    assert found == [pytest.approx((39.6, 40.4)), pytest.approx((4.95, 5.05))]
+    moved = with_numbers(problem, {}, {"joint2.friction.coulomb": 5.02})
+    told = parse_yaml(study_text(moved, moved.initial, tmp_path), "new")["friction"]["coulomb"]
+    assert told == {"initial": [40.0, 5.02], "within": 0.01}
+    with pytest.raises(InputErrors, match="in place of `bounds`"):
+        drawn(tmp_path / "both", coulomb={"initial": 5.0, "within": 0.01, "bounds": [1.0, 9.0]})
+    with pytest.raises(InputErrors, match=r"coulomb\.within"):
+        drawn(tmp_path / "wide", coulomb={"initial": 5.0, "within": 1.0})
+    with pytest.raises(InputError, match="the smaller bound first"):
+        drawn(tmp_path / "none", viscous={"initial": 0.0, "within": 0.1})
 
 
 def test_springs_begin_as_good_as_rigid_in_steps_as_long_as_before(tmp_path: Path) -> None:

@@ -150,6 +150,8 @@ class MissingBench(MotionWorkbench):
 
     def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
         """A model with an effect more, fitted to its end, without places that it does not need."""
+        if not brief.fit.best.spent:  # it has ended already
+            self._fitted.setdefault(self._key(brief.added), brief)
         after = self._with(brief, brief.added)
         leaner = self._leaner(after, effect)
         return after if leaner == effect else self._with(after, (*model.added, leaner))
