@@ -82,10 +82,8 @@ class MissingBench(MotionWorkbench):
         """
         at, values = model.problem.step_s, model.fit.values
         measured = replace(model.problem, records=self._fine.records)
-        before, now = (
-            None if self._steps is None else self._steps.foreseen(at),
-            foreseen(measured, values, at),
-        )
+        before = None if self._steps is None else self._steps.foreseen(at)
+        now = foreseen(measured, values, at)
         if changed(before, now) <= _STEP_SHARE * model.fit.cost:
             return model
         shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)

@@ -32,7 +32,7 @@ _SOFTENED = 2.0
 _SHARES = 2.0 ** np.arange(2, -4, -1)
 """Shares of what least squares asks for that are simulated: a line search without a slope, both ways."""
 PART = 0.1
-"""What promises less than this part of the best one's log odds is not looked at beside it."""
+"""What promises less than this part of the best one's log odds to first order is not simulated."""
 
 
 @dataclass(frozen=True)
