@@ -122,6 +122,9 @@ def test_of_a_class_of_springs_those_are_left_out_that_would_be_negative() -> No
     best = max(found, key=lambda solution: solution.log_odds)
     assert [place.number for place in best.places] in ([1, 2], [2, 1])
     assert all((one.amplitudes > 0).all() for one in found)
+    link = SpringKind("links", ("link1.bending_1", "link1.torsion"), np.ones(2), np.ones(2), whole=True)
+    [whole] = solutions([Place(link, 0, np.column_stack([one, one - 0.5 * two]))], sight)
+    assert (whole.amplitudes >= 0).all()
 
 
 def test_a_spring_that_nothing_shows_is_worth_nothing(tmp_path: Path) -> None:
