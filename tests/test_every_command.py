@@ -35,7 +35,7 @@ FIT = {
     "kawasaki_rs010l": (4, "next: identify discover"),
     "kobe_36dof": (0, "next: identify discover"),
     "kobe_36dof_defaults": (4, "next: identify discover"),
-    "kobe_circle": (2, "error: study: no number is to be identified"),
+    "kobe_circle": (4, "next: identify discover"),
     "kobe_friction": (0, "wrote"),
     "nagoya_two_link": (4, "next: identify discover"),
     "nagoya_two_link_control": (2, "error: noise: no record to be fitted"),
@@ -46,7 +46,6 @@ FIT = {
 }
 THEN = {
     "excite": "excite",
-    "kobe_circle": "simulate",
     "kuka_kr300": "explain",
     "nagoya_two_link_control": "simulate",
     "nagoya_two_link_frf": "simulate",

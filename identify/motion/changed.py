@@ -18,13 +18,14 @@ _COARSE = 1.75
 """Step times angular frequency where models are only compared: stable, which it is below 2; modes as fast as
 that only follow what pushes them.
 """
+_WHOLE = 1e-6
 
 
 def with_numbers(
     problem: MotionProblem, free: Mapping[str, JointNumber], values: Mapping[str, float]
 ) -> MotionProblem:
     """The same problem with further numbers (by `section.key`) set free; parameters named in `values` start
-    there.
+    there, others where they did.
 
     Raises InputError for a number that the study's sections do not have.
     """
@@ -37,7 +38,8 @@ def with_numbers(
             raise InputError("candidates", f"unknown number {where!r}", "one of " + ", ".join(known))
         sections[section] = sections[section].model_copy(update={key: number})
     table = number_table(sections, len(problem.robot.joints), len(problem.springs))
-    started = [p.at(values.get(p.name, p.initial)) for p in problem.springs + table.parameters]
+    before = {p.name: p.initial for p in problem.parameters if p.name.partition(".")[2] not in free}
+    started = [p.at({**before, **values}.get(p.name, p.initial)) for p in problem.springs + table.parameters]
     springs, own = tuple(started[: len(problem.springs)]), tuple(started[len(problem.springs) :])
     return replace(problem, springs=springs, table=replace(table, parameters=own), freed=freed)
 
@@ -68,13 +70,15 @@ def resolved(problem: MotionProblem) -> MotionProblem:
 
 def coarse(problem: MotionProblem) -> MotionProblem:
     """The same problem in the longest steps in which its fastest mode at the start is stable, for comparing
-    models with each other; as it is with a delay, which must be whole steps.
+    models with each other; its delay stays whole steps.
     """
-    servo, omega = problem.file.study.servo, fastest_mode(problem)
-    if servo.delay_s > 0:
-        return problem
-    parts = int(np.ceil(max(1.0, servo.period_s * omega / _COARSE)))
-    return replace(problem, step_s=max(problem.step_s, servo.period_s / parts))
+    servo = problem.file.study.servo
+    for parts in range(1, round(servo.period_s / problem.step_s)):
+        step = servo.period_s / parts
+        whole = abs(servo.delay_s / step - round(servo.delay_s / step)) < _WHOLE
+        if whole and step * fastest_mode(problem, step) <= _COARSE:
+            return replace(problem, step_s=step)
+    return problem
 
 
 def merged(numbers: Sequence[Mapping[str, JointNumber]]) -> dict[str, JointNumber]:

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, Field, model_validator
 from pydantic.fields import FieldInfo
 
 from identify.core.arrays import Array
@@ -20,7 +20,9 @@ from identify.core.parameters import Parameter
 
 
 class JointNumber(Settings):
-    """One number per joint, or one for all; searched within `bounds` unless `fixed`."""
+    """One number per joint, or one for all; searched within `bounds`, or within so much of it, unless
+    `fixed`.
+    """
 
     initial: float | list[float] = Field(
         description="value, or where the search starts; one for all joints, or one per joint"
@@ -28,10 +30,19 @@ class JointNumber(Settings):
     bounds: tuple[float, float] | None = Field(
         None, description="smallest and largest value; both above zero: searched on a log scale"
     )
+    within: float | None = Field(
+        None, gt=0, lt=1, description="in place of `bounds`: share of each value within which it is known"
+    )
     fixed: bool = Field(False, description="true: kept at `initial`")
     joints: list[int] | None = Field(
         None, description="numbers (from 1) of the joints of which it is searched; default: all"
     )
+
+    @model_validator(mode="after")
+    def _one_range(self) -> Self:
+        if self.within is not None and self.bounds is not None:
+            raise ValueError("within: in place of `bounds`; give one of them")
+        return self
 
 
 def _from_number(data: Any) -> Any:
@@ -120,14 +131,17 @@ def _values(number: JointNumber, field: FieldInfo, joints: int, where: str) -> A
 
 
 def _parameter(name: str, value: float, number: JointNumber, field: FieldInfo, where: str) -> Parameter:
-    if number.bounds is None:
+    if number.within is not None:
+        lower, upper = sorted((value * (1 - number.within), value * (1 + number.within)))
+    elif number.bounds is not None:
+        lower, upper = number.bounds
+    else:
         raise InputError(
             f"{where}.bounds",
             "missing",
             "the smallest and largest value",
             "add `bounds`, or give the plain number to keep it",
         )
-    lower, upper = number.bounds
     if not _extra(field)["least"] <= lower < upper:
         raise InputError(
             f"{where}.bounds",

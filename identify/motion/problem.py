@@ -119,47 +119,56 @@ class MotionProblem:
             target[:, row] = unit * values[:, column]
         return Passive(armature, stiffness, damping)
 
-    def run(self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False) -> SimulatedMotion:
+    def run(
+        self, values: Array, records: Sequence[PreparedRecord], *, near: bool = False, every: int = 1
+    ) -> SimulatedMotion:
         """The motion of every candidate (m, parameters) on every record; lanes run through the records of the
-        first candidate first; near: the arm of all but the first is linearised beside it.
+        first candidate first; near: the arm of all but the first is linearised beside it; every: ticks from
+        one that is kept to the next.
 
         Extrapolated where the study says so: with an error in proportion to the step, 2 m(h/2) - m(h) has
         none (Richardson 1911).
         """
-        once = self._stepped(values, records, near)
+        once = self._stepped(values, records, near, every)
         if not self.file.study.extrapolate:
             return once
-        return extrapolated(once, self.halved._stepped(values, records, near))
+        return extrapolated(once, self.halved._stepped(values, records, near, every))
 
     @property
     def halved(self) -> MotionProblem:
         """The same with half the step."""
         return replace(self, step_s=self.step_s / 2)
 
-    def _stepped(self, values: Array, records: Sequence[PreparedRecord], near: bool) -> SimulatedMotion:
+    def _stepped(
+        self, values: Array, records: Sequence[PreparedRecord], near: bool, every: int
+    ) -> SimulatedMotion:
         """Records that are driven by their controllers side by side, and those that were fed in."""
         driven = [number for number, record in enumerate(records) if record.fed is None]
         if len(driven) == len(records):
-            return self._driven(values, records, near)
+            return self._driven(values, records, near, every)
         parts = {
-            n: self._fed(values, record.fed) for n, record in enumerate(records) if record.fed is not None
+            n: self._fed(values, record.fed, every)
+            for n, record in enumerate(records)
+            if record.fed is not None
         }
         if driven:
-            together = self._driven(values, [records[number] for number in driven], near)
+            together = self._driven(values, [records[number] for number in driven], near, every)
             parts |= {n: together.lanes(slice(at, None, len(driven))) for at, n in enumerate(driven)}
         return side_by_side([parts[number] for number in range(len(records))])
 
-    def _fed(self, values: Array, motion: FedMotion) -> SimulatedMotion:
-        return fed(self.plant(values, self.table.arrays(values)), motion)
+    def _fed(self, values: Array, motion: FedMotion, every: int) -> SimulatedMotion:
+        return fed(self.plant(values, self.table.arrays(values)), motion).kept(every)
 
-    def _driven(self, values: Array, records: Sequence[PreparedRecord], near: bool) -> SimulatedMotion:
+    def _driven(
+        self, values: Array, records: Sequence[PreparedRecord], near: bool, every: int
+    ) -> SimulatedMotion:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
         plant, law = self.plant(lanes, numbers), self.law(numbers)
         orders = self._orders(records, plant, len(values), ticks)
         leading = len(records) if near else None
-        return simulate(plant, law, orders, replace(self.timing, ticks=ticks), leading)
+        return simulate(plant, law, orders, replace(self.timing, ticks=ticks, every=every), leading)
 
     def plant(self, lanes: Array, numbers: dict[str, Array]) -> Plant:
         """What moves, a lane per row of parameter values (lanes, parameters)."""
@@ -381,22 +390,24 @@ def _step(problem: MotionProblem) -> float:
     return period / round(parts)
 
 
-def fastest_mode(problem: MotionProblem) -> float:
-    """Angular frequency, rad/s, of the fastest undamped mode of the arm with free drives at the first
-    record's start; 0 for a rigid arm.
+def fastest_mode(problem: MotionProblem, step_s: float = 0.0) -> float:
+    """Angular frequency, rad/s, of the fastest mode of the arm with free drives at the first record's start,
+    0 for a rigid arm: undamped, or as it is to a step of so long.
+
+    A step that takes dampers implicitly is stable where it is below 2 over that: k h^2 < 4 m + 2 h d.
     """
-    return float(_modes(problem, problem.records[0].command.position[0]).max(initial=0.0))
+    return float(_modes(problem, problem.records[0].command.position[0], step_s).max(initial=0.0))
 
 
-def _modes(problem: MotionProblem, turn: Array) -> Array:
-    """Angular frequencies, rad/s, of the undamped arm with free drives at drive angles (joints,) and start
-    values; 0 for rigid motion.
+def _modes(problem: MotionProblem, turn: Array, step_s: float = 0.0) -> Array:
+    """Angular frequencies, rad/s, of the arm with free drives at drive angles (joints,) and start values, 0
+    for rigid motion: undamped, but for what dampers take of a step.
     """
     values = problem.initial[None]
     passive = problem.passive(values, problem.table.arrays(values))
     position = np.zeros(len(problem.arm.names))
     position[problem.arm.drive] = turn
-    mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0])
+    mass = problem.arm.mass_matrix(position) + np.diag(passive.armature[0] + step_s / 2 * passive.damping[0])
     squares = np.linalg.eigvals(np.linalg.solve(mass, np.diag(passive.stiffness[0]))).real
     return np.asarray(np.sqrt(np.maximum(squares, 0.0)))
 

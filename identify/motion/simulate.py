@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -27,13 +27,14 @@ from identify.robot.near_lanes import NearLanes
 @dataclass(frozen=True)
 class Timing:
     """Step of integration, s; steps between ticks of the controller; steps from measuring to the motor; ticks
-    to simulate.
+    to simulate, and from one that is kept to the next.
     """
 
     step_s: float
     steps_per_tick: int
     delay_steps: int
     ticks: int
+    every: int = 1
 
 
 @dataclass(frozen=True)
@@ -139,9 +140,9 @@ class Orders:
 
 @dataclass(frozen=True)
 class SimulatedMotion:
-    """What happened at the ticks: coordinates and velocities (lanes, ticks, n); of the motors (lanes, ticks,
-    joints) the current, the torque at the gear output before friction, N m, and what the controller gave
-    them.
+    """What happened at the ticks, or at one of `every`: coordinates and velocities (lanes, ticks, n); of the
+    motors (lanes, ticks, joints) the current, the torque at the gear output before friction, N m, and what
+    the controller gave them.
     """
 
     coordinates: Array
@@ -149,10 +150,20 @@ class SimulatedMotion:
     current: Array
     torque: Array
     command: Array
+    every: int = field(default=1, kw_only=True)
 
     def lanes(self, pick: slice) -> SimulatedMotion:
         """Some of the lanes."""
-        return SimulatedMotion(*(getattr(self, one.name)[pick] for one in fields(self)))
+        return SimulatedMotion(*(rows[pick] for rows in self.arrays), every=self.every)
+
+    def kept(self, every: int) -> SimulatedMotion:
+        """Of all ticks one of `every`."""
+        return SimulatedMotion(*(rows[:, ::every] for rows in self.arrays), every=every)
+
+    @property
+    def arrays(self) -> tuple[Array, Array, Array, Array, Array]:
+        """All that is (lanes, ticks, ...)."""
+        return self.coordinates, self.velocities, self.current, self.torque, self.command
 
 
 def simulate(
@@ -168,39 +179,39 @@ def simulate(
     late = Latency.of(plant.numbers["servo.latency"] / timing.step_s, given)
     control = law.begin(_sample(plant, orders, 0, lanes, state), given)
     waiting, damper = deque([given] * timing.delay_steps), _damper(plant, coordinates, timing.step_s)
-    rows, added = [], orders.excitation / plant.spring.ratio[:, None]
+    added = orders.excitation / plant.spring.ratio[:, None]
+    shape = -(-timing.ticks // timing.every), len(coordinates)
+    sizes = [coordinates.shape[1]] * 2 + [holding.shape[1]] * 3
+    found = SimulatedMotion(*(np.empty((*shape, size)).swapaxes(0, 1) for size in sizes), every=timing.every)
     for tick in range(timing.ticks):
         check()
         sample = _sample(plant, orders, tick, lanes, state)
         command, control = law.act(control, sample)
         command = command + added[:, tick]
-        before, row = (
-            lanes.velocity.copy(),
-            (
-                lanes.position.copy(),
-                plant.motor.current(state),
-                plant.spring.ratio * plant.motor.torque(state),
-            ),
-        )
+        row, kept = tick // timing.every, tick % timing.every == 0
+        if kept:
+            found.coordinates[:, row], found.velocities[:, row] = lanes.position, lanes.velocity / 2
+            found.current[:, row], found.command[:, row] = plant.motor.current(state), command
+            found.torque[:, row] = plant.spring.ratio * plant.motor.torque(state)
         for step in range(timing.steps_per_tick):
             waiting.append(command)
             now = waiting.popleft()
             state = _step(plant, lanes, state, now if late is None else late.passed(now), damper)
-            if step == 0:
-                rows.append((*row, (before + lanes.velocity) / 2, command))
-    position, current, torque, velocity, commands = (
-        np.stack(part, axis=1) for part in zip(*rows, strict=True)
-    )
-    return SimulatedMotion(position, velocity, current, torque, commands)
+            if kept and step == 0:
+                found.velocities[:, row] += lanes.velocity / 2
+    return found
 
 
 @dataclass
 class Latency:
-    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two."""
+    """Commands that reach motors late by so many steps, (lanes, joints), parts of one as a mean of two; past:
+    those of the last steps, (steps, lanes, joints), in a ring.
+    """
 
     whole: Index
     part: Array
-    past: deque[Array]
+    past: Array
+    step: int = 0
 
     @classmethod
     def of(cls, steps: Array, given: Array) -> Latency | None:
@@ -208,15 +219,14 @@ class Latency:
         if not steps.any():
             return None
         whole = np.floor(steps).astype(int)
-        size = int(whole.max()) + 2
-        return cls(whole, steps - whole, deque([given] * size, maxlen=size))
+        return cls(whole, steps - whole, np.repeat(given[None], int(whole.max()) + 2, axis=0))
 
     def passed(self, command: Array) -> Array:
         """What arrives as a command (lanes, joints) is given."""
-        self.past.append(command)
-        past, last = np.stack(self.past), len(self.past) - 1 - self.whole
-        rows = np.stack([last, last - 1])
-        new, old = np.take_along_axis(past, rows, axis=0)
+        self.past[self.step % len(self.past)] = command
+        rows = (self.step - np.stack([self.whole, self.whole + 1])) % len(self.past)
+        new, old = np.take_along_axis(self.past, rows, axis=0)
+        self.step += 1
         return np.asarray((1 - self.part) * new + self.part * old)
 
 
@@ -226,18 +236,18 @@ def side_by_side(motions: Sequence[SimulatedMotion]) -> SimulatedMotion:
     """
     ticks = max(motion.coordinates.shape[1] for motion in motions)
 
-    def together(name: str) -> Array:
-        rows = [getattr(motion, name) for motion in motions]
+    def together(rows: Sequence[Array]) -> Array:
         longer = [np.pad(row, ((0, 0), (0, ticks - row.shape[1]), (0, 0)), "edge") for row in rows]
         return np.stack(longer, axis=1).reshape(-1, *longer[0].shape[1:])
 
-    return SimulatedMotion(*(together(one.name) for one in fields(SimulatedMotion)))
+    parts = zip(*(motion.arrays for motion in motions), strict=True)
+    return SimulatedMotion(*(together(rows) for rows in parts), every=motions[0].every)
 
 
 def extrapolated(coarse: SimulatedMotion, fine: SimulatedMotion) -> SimulatedMotion:
     """A motion to a step of none, out of one at a step and one at half of it."""
-    pairs = ((getattr(coarse, one.name), getattr(fine, one.name)) for one in fields(coarse))
-    return SimulatedMotion(*(2 * half - whole for whole, half in pairs))
+    pairs = zip(coarse.arrays, fine.arrays, strict=True)
+    return SimulatedMotion(*(2 * half - whole for whole, half in pairs), every=coarse.every)
 
 
 def equilibrium(plant: Plant, law: ControlLaw, orders: Orders) -> tuple[Array, Array]:

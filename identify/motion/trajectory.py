@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -32,6 +33,8 @@ _TOGETHER = 50
 """Lanes up to which a step costs about as much as that of one."""
 _AS_FAST = 12
 """Coordinates up to which the engine moves a copy of an arm about as fast as linear algebra does."""
+_AT_TICK = 1e-6
+"""Part of a tick within which a sample is at it."""
 _DIFFERENCE = 1e-3
 """Relative step of differences: well above what sticking makes of a smaller one."""
 
@@ -148,7 +151,7 @@ class TrajectoryObjective(Objective):
 
     def _chunk(self, candidates: Array, *, near: bool = False) -> list[list[Array]]:
         with np.errstate(all="ignore"):  # a lane that runs away is NaN
-            motion = self.problem.run(candidates, self.records, near=near)
+            motion = self.problem.run(candidates, self.records, near=near, every=self._every)
         return [
             [
                 beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
@@ -159,6 +162,17 @@ class TrajectoryObjective(Objective):
             ]
             for number, record in enumerate(self.records)
         ]
+
+    @cached_property
+    def _every(self) -> int:
+        """Ticks between those of which something was measured, where all samples are at ticks."""
+        read = [record for record in self.records if record.measured is not None]
+        times = [record.measured.time_s for record in read if record.measured is not None]
+        places = np.concatenate(times) / self.problem.file.study.servo.period_s
+        ticks = np.round(places).astype(int)
+        last = max(len(record.command.position) for record in read) - 1
+        at_ticks = np.abs(places - ticks).max() < _AT_TICK and 0 < ticks.max() <= last
+        return int(np.gcd.reduce(ticks)) if at_ticks else 1
 
     def signals(self, row: Array) -> list[Array]:
         """A row (count,) as signals (samples, joints), NaN where nothing was measured."""
@@ -242,7 +256,8 @@ def simulated(
     """
     if record.measured is None:
         return {}
-    ticks = problem.file.study.servo.period_s * np.arange(motion.coordinates.shape[1], dtype=float)
+    period = problem.file.study.servo.period_s * motion.every
+    ticks = period * np.arange(motion.coordinates.shape[1], dtype=float)
     own, time = motion.lanes(slice(number, None, records)), record.measured.time_s
     signals = all_signals(problem, own)
     found = {q: _at(signals[q], ticks, time) for q in record.recorded if q in signals}

@@ -134,11 +134,14 @@ class MotionWorkbench:
 
     def _with(self, model: FittedMotion, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
         """The study's model with these effects, from the values of another model unless it is known."""
-        key = frozenset(effect.model_dump_json() for effect in effects)
+        key = self._key(effects)
         if key not in self._fitted:
             problem = self._problem(effects, model)
             self._fitted[key] = self._fit(problem, effects, [self.stage])
         return self._fitted[key]
+
+    def _key(self, effects: Sequence[MotionCandidate]) -> frozenset[str]:
+        return frozenset(effect.model_dump_json() for effect in effects)
 
     def _fit(
         self,

@@ -114,7 +114,7 @@ class NearLanes(Lanes):
             faster = first.faster + _product(left - first.left, self._soft)
             if self._tangent.heavier.size:
                 faster -= self._loaded(np.einsum("ri,rjik->rjk", rate - first.rate, self._masses))
-        extra = (armature + self.step_s * damping - self._diagonal)[:, own]
+        extra = armature[:, own] + self.step_s * damping[:, own] - self._diagonal[own]
         extra = self._by_leader(extra)
         system = self._unit + self._softest * extra[..., None, :]
         solved = np.linalg.solve(system, faster[..., own, None])[..., 0]

@@ -83,9 +83,9 @@ def scored(names: list[str], kind: str, joints: set[int]) -> dict[str, Any]:
 
 
 def joints_of(name: str) -> set[int]:
-    """The joints that a name tells of."""
+    """The joints, or the links behind them, that a name tells of."""
     if "(" in name:
-        return {int(number) for number in re.findall(r"joint(\d+)\.", name)}
+        return {int(number) for number in re.findall(r"(?:joint|link)(\d+)", name)}
     return {int(number) for number in re.findall(r"\d+", name)}
 
 

@@ -37,6 +37,7 @@ KINDS = (
     "backlash of the gear",
     "hardening of the gear",
     "compliance of the base",
+    "flexibility of links",
 )
 
 
@@ -75,6 +76,8 @@ class Case:
     cubic: Array | None = None
     backlash: Array | None = None
     base: Array | None = None
+    bending: tuple[int, Array] | None = None
+    """Number of a link (from 0); stiffness and damping (2,) of each of its two hinges about every axis."""
     link_encoders: bool = False
     tracker: bool = False
     told: dict[str, Any] = field(default_factory=dict)
@@ -115,28 +118,40 @@ def six_axis(rng: np.random.Generator) -> list[Link]:
     ]
 
 
-def urdf(case: Case, heavier: Array, base: bool = False) -> str:
-    """The robot's description with bodies heavier by shares (joints,); base: with two hinges under it."""
+def urdf(case: Case, heavier: Array, elastic: bool = False) -> str:
+    """The robot's description with bodies heavier by shares (joints,); elastic: with the hinges that it has
+    under its base and in a link.
+
+    The link is three pieces, hinged about all axes at a quarter and three quarters of its length: its mass is
+    spread along it, and its own inertia is the described one.
+    """
     parts = ['<robot name="hidden">']
-    if base:
-        for name, axis in (("base_rx", "1 0 0"), ("base_ry", "0 1 0")):
-            parts.append(f'<link name="{name}"/>')
-            child = "base_ry" if name == "base_rx" else "base_link"
-            parts.append(
-                f'<joint name="{name}" type="revolute"><parent link="{name}"/><child link="{child}"/>'
-                f'<axis xyz="{axis}"/><limit lower="-1" upper="1" effort="1e9" velocity="1e9"/></joint>'
-            )
-    parts.append(_body("base_link", 120.0, (0, 0, 0.15), (4, 4, 4)))
+    if elastic and case.base is not None:
+        parts += ['<link name="base_rx"/>', '<link name="base_ry"/>']
+        parts.append(_joint("hinge_rx", "base_rx", "base_ry", np.zeros(3), (1, 0, 0)))
+        parts.append(_joint("hinge_ry", "base_ry", "base_link", np.zeros(3), (0, 1, 0)))
+    parts.append(_body("base_link", 120.0, (0, 0, 0.15), 4 * np.eye(3)))
     last = "base_link"
-    for n, (link, more) in enumerate(zip(case.links, heavier, strict=True), start=1):
-        moments = tuple((1 + more) * moment for moment in link.moments)
-        parts.append(_body(f"link{n}", (1 + more) * link.mass, link.centre, moments))
-        parts.append(
-            f'<joint name="joint{n}" type="revolute"><parent link="{last}"/><child link="link{n}"/>'
-            f'<origin xyz="{_told(link.at)}" rpy="0 0 0"/><axis xyz="{_told(link.axis)}"/>'
-            '<limit lower="-6" upper="6" effort="1e9" velocity="1e9"/></joint>'
-        )
-        last = f"link{n}"
+    bends, shift = case.bending[0] if elastic and case.bending else -1, np.zeros(3)
+    for n, (link, more) in enumerate(zip(case.links, heavier, strict=True)):
+        own = f"link{n + 1}"
+        parts.append(_joint(f"joint{n + 1}", last, own, np.array(link.at) - shift, link.axis))
+        mass, moments = (1 + more) * link.mass, (1 + more) * np.diag(link.moments)
+        last, shift = own, np.zeros(3)
+        if n != bends:
+            parts.append(_body(own, mass, link.centre, moments))
+            continue
+        along, centre = np.array(case.links[n + 1].at), np.array(link.centre)
+        left = moments - mass / 32 * (along @ along * np.eye(3) - np.outer(along, along))
+        parts.append(_body(own, mass / 4, centre - along / 4, left / 4))
+        for hinge, share, at, behind in ((1, 0.5, 0.25, 0.0), (2, 0.25, 0.75, 0.25)):
+            for axis, way in zip("xyz", np.eye(3), strict=True):
+                child = f"{own}_{hinge}{axis}"
+                parts.append(_joint(f"hinge{hinge}{axis}", last, child, at * along - shift, way))
+                last, shift = child, at * along
+                if axis != "z":
+                    parts.append(f'<link name="{child}"/>')
+            parts.append(_body(last, share * mass, centre + behind * along - shift, share * left))
     return "\n".join([*parts, "</robot>\n"])
 
 
@@ -144,12 +159,20 @@ def _told(numbers: Any) -> str:
     return " ".join(f"{number:.12g}" for number in numbers)
 
 
-def _body(name: str, mass: float, centre: Any, moments: Any) -> str:
-    x, y, z = moments
+def _joint(name: str, parent: str, child: str, at: Array, axis: Any) -> str:
+    return (
+        f'<joint name="{name}" type="revolute"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{_told(at)}" rpy="0 0 0"/><axis xyz="{_told(axis)}"/>'
+        '<limit lower="-6" upper="6" effort="1e9" velocity="1e9"/></joint>'
+    )
+
+
+def _body(name: str, mass: float, centre: Any, moments: Array) -> str:
+    keys = (("ixx", 0, 0), ("iyy", 1, 1), ("izz", 2, 2), ("ixy", 0, 1), ("ixz", 0, 2), ("iyz", 1, 2))
+    inertia = " ".join(f'{key}="{moments[row, column]:.12g}"' for key, row, column in keys)
     return (
         f'<link name="{name}"><inertial><origin xyz="{_told(centre)}" rpy="0 0 0"/>'
-        f'<mass value="{mass:.12g}"/>'
-        f'<inertia ixx="{x:.12g}" iyy="{y:.12g}" izz="{z:.12g}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        f'<mass value="{mass:.12g}"/><inertia {inertia}/></inertial></link>'
     )
 
 
@@ -172,17 +195,22 @@ def trapezoids(start: Array, moves: list[dict[str, Any]]) -> Array:
     return angles[:: round(PERIOD_S / fine)]
 
 
+def parts(case: Case) -> int:
+    """Steps of the integrator a tick: pieces of a link that bends are light."""
+    return PARTS if case.bending is None else 2 * PARTS
+
+
 def creep(case: Case) -> Array:
     """Speed below which each drive creeps (joints,), rad/s: so that friction, which is then a damper, does
     not outrun the integrator, which is stable up to 2.8 times its step.
     """
     moved = 1 / (RATIO**2 * case.rotor)
-    if case.stiffness is None:
+    if case.stiffness is None and case.bending is None:
         nominal = pinocchio.buildModelFromXML(urdf(case, np.zeros(case.joints)))
         mass = np.triu(pinocchio.crba(nominal, nominal.createData(), case.start))
         mass = mass + np.triu(mass, 1).T + np.diag(RATIO**2 * case.rotor)
         moved = np.diag(np.linalg.inv(mass))
-    slowest = np.maximum(CREEP, case.coulomb * moved * PERIOD_S / PARTS)
+    slowest = np.maximum(CREEP, case.coulomb * moved * PERIOD_S / parts(case))
     return np.array([float(f"{speed:.6g}") for speed in slowest])
 
 
@@ -191,13 +219,19 @@ class Arm:
 
     def __init__(self, case: Case) -> None:
         self.case, self.n, self.creep = case, case.joints, creep(case)
-        self.model = pinocchio.buildModelFromXML(urdf(case, case.heavier, case.base is not None))
+        self.model = pinocchio.buildModelFromXML(urdf(case, case.heavier, True))
         self.nominal = pinocchio.buildModelFromXML(urdf(case, np.zeros(case.joints)))
-        self.free = self.model.nq - self.n
+        names = list(self.model.names)[1:]
+        self.own = np.flatnonzero([name.startswith("joint") for name in names])
+        self.soft = np.flatnonzero([name.startswith("hinge") for name in names])
+        bending = np.zeros((2, 0)) if case.bending is None else np.tile(case.bending[1][:, None], 6)
+        base = np.zeros((2, 0)) if case.base is None else case.base
+        self.hinge, self.loss = np.concatenate([base, bending], axis=1)
         self.elastic = case.stiffness is not None
+        self.drive = self.model.nq + np.arange(self.n) if self.elastic else self.own
         if not self.elastic:
             armature = np.zeros(self.model.nv)
-            armature[self.free :] = RATIO**2 * case.rotor
+            armature[self.own] = RATIO**2 * case.rotor
             self.model.armature = armature
         self.data, self.data_nominal = self.model.createData(), self.nominal.createData()
 
@@ -214,36 +248,33 @@ class Arm:
         c, size = self.case, len(y) // 2
         x, v = y[:size], y[size:]
         q, qd = x[: self.model.nq], v[: self.model.nq]
-        turn, spin = (x[-self.n :], v[-self.n :])
+        turn, spin = x[self.drive], v[self.drive]
         friction = c.coulomb * np.tanh(spin / self.creep) + c.viscous * spin
         drive = RATIO * c.gain * torque - friction
-        angle = q[self.free :]
+        angle = q[self.own]
         on_link = c.balancer[0] * np.sin(angle) + c.balancer[1] * np.cos(angle)
         rest = np.zeros(0)
         if self.elastic:
-            gear = self.spring(angle - turn) + c.damping * (qd[self.free :] - spin)
+            gear = self.spring(angle - turn) + c.damping * (qd[self.own] - spin)
             on_link = on_link - gear
             rest = (drive + gear) / (RATIO**2 * c.rotor)
         else:
             on_link = on_link + drive
-        force = np.concatenate([np.zeros(self.free), on_link])
-        if c.base is not None:
-            force[: self.free] = -c.base[0] * q[: self.free] - c.base[1] * qd[: self.free]
+        force = np.zeros(len(q))
+        force[self.own] = on_link
+        force[self.soft] = -self.hinge * q[self.soft] - self.loss * qd[self.soft]
         return np.concatenate([v, pinocchio.aba(self.model, self.data, q, qd, force), rest])
 
     def at_rest(self, turn: Array) -> tuple[Array, Array]:
         """State that holds the drives at `turn`, and the torque on each drive that does."""
         c = self.case
-        q = np.concatenate([np.zeros(self.free), turn])
+        q = np.zeros(self.model.nq)
+        q[self.own] = turn
         for _ in range(60):
             weight = pinocchio.rnea(self.model, self.data, q, np.zeros(len(q)), np.zeros(len(q)))
-            hold = (
-                weight[self.free :]
-                - c.balancer[0] * np.sin(q[self.free :])
-                - c.balancer[1] * np.cos(q[self.free :])
-            )
-            if c.base is not None:
-                q[: self.free] = -weight[: self.free] / c.base[0]
+            angle = q[self.own]
+            hold = weight[self.own] - c.balancer[0] * np.sin(angle) - c.balancer[1] * np.cos(angle)
+            q[self.soft] = -weight[self.soft] / self.hinge
             if self.elastic:
                 assert c.stiffness is not None
                 e = -hold / c.stiffness
@@ -251,7 +282,7 @@ class Arm:
                     cubic = 0 if c.cubic is None else c.cubic
                     e = e - (c.stiffness * e + cubic * e**3 + hold) / (c.stiffness + 3 * cubic * e**2)
                 half = 0 if c.backlash is None else c.backlash / 2
-                q[self.free :] = turn + e + np.sign(e) * half
+                q[self.own] = turn + e + np.sign(e) * half
         x = np.concatenate([q, turn]) if self.elastic else q
         return np.concatenate([x, np.zeros(len(x))]), hold
 
@@ -259,7 +290,7 @@ class Arm:
         """Signals at the ticks, (ticks, joints): turn of the drives and of the links, rad, reported torque, N
         m; of the tool (ticks, 3), m.
         """
-        c, h = self.case, PERIOD_S / PARTS
+        c, h = self.case, PERIOD_S / parts(self.case)
         speed = np.gradient(wanted, PERIOD_S, axis=0)
         ahead = np.array(
             [
@@ -275,20 +306,20 @@ class Arm:
                 wanted[0] - np.where(stands, RATIO * reported / c.position_gain / c.velocity_gain, 0.0)
             )
         size = len(y) // 2
-        last = y[:size][-self.n :].copy()
+        last = y[:size][self.drive].copy()
         integral = (
             RATIO * reported
             - c.feedforward * ahead[0]
             - c.velocity_gain * c.position_gain * (wanted[0] - last)
         )
-        late, rows = [reported] * (int(np.ceil(c.delay_s.max() / h)) + PARTS + 2), []
+        late, rows = [reported] * (int(np.ceil(c.delay_s.max() / h)) + parts(c) + 2), []
         for tick, target in enumerate(wanted):
-            turn = y[:size][-self.n :]
-            rows.append((turn.copy(), y[: self.model.nq][self.free :].copy(), RATIO * reported, self.tool(y)))
+            turn = y[:size][self.drive]
+            rows.append((turn.copy(), y[self.own].copy(), RATIO * reported, self.tool(y)))
             error = c.position_gain * (target - turn) + speed[tick] - (turn - last) / PERIOD_S
             integral, last = integral + c.velocity_gain * c.integral * PERIOD_S * error, turn.copy()
             asked = (c.velocity_gain * error + integral + c.feedforward * ahead[tick]) / RATIO
-            for _ in range(PARTS):
+            for _ in range(parts(c)):
                 late.append(asked)
                 back = np.round(c.delay_s / h).astype(int)
                 given = np.array([late[-1 - b][joint] for joint, b in enumerate(back)])
@@ -389,6 +420,12 @@ def _hide_beside(
         stiffness = rng.uniform(0.7, 1.3, 2) * (2 * np.pi * rng.uniform(9, 15)) ** 2 * (2.0 * reach)
         case.base = np.array([stiffness, 0.1 * np.sqrt(stiffness * 2.0 * reach)])
         case.tracker = bool(rng.random() < 0.7)
+    elif kind == "flexibility of links":
+        bent = 0 if n == 2 else int(rng.integers(1, 3))
+        stiffness = (2 * np.pi * rng.uniform(9, 15)) ** 2 * carried[bent]
+        hinges = 2 * np.array([stiffness, 0.1 * np.sqrt(stiffness * carried[bent])])
+        case.bending, case.tracker = (bent, hinges), bool(rng.random() < 0.7)
+        one = np.arange(n) == bent
     return one
 
 

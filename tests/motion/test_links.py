@@ -16,7 +16,7 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.motion.changed import with_effects, with_numbers
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
-from identify.motion.missing.springs import LINKS, rigid
+from identify.motion.missing.springs import rigid
 from identify.motion.numbers import JointNumber
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion
@@ -131,9 +131,9 @@ def test_a_flexible_link_is_in_the_catalogue_and_written(tmp_path: Path) -> None
     rng = np.random.default_rng(4)
     hidden_motion.write(hidden_motion.drawn(rng, "", False), tmp_path, rng)
     problem = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
-    [(kind, _)] = [pair for pair in rigid(problem, problem.initial) if pair[0].name == LINKS]
+    [kind] = [one for one in rigid(problem, problem.initial)[0] if one.whole]
     assert kind.coordinates == ("link1.bending_1", "link1.bending_2", "link1.torsion")
-    effect = kind.candidate([2])
+    effect = kind.candidate([0])
     assert effect.name == "flexibility of links (link1)"
     softer = with_effects(problem, effect.effects, {"link1.torsion.stiffness": 5e4})
     data = parse_yaml(study_text(softer, softer.initial, tmp_path), "new")

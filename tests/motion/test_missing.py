@@ -18,7 +18,7 @@ from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.workbench import Option, Story
 from identify.motion.changed import with_effects, with_numbers
 from identify.motion.judging import FittedMotion, judging
-from identify.motion.missing import screen
+from identify.motion.missing import screen, springs
 from identify.motion.missing.bench import MissingBench
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.lean import needed
@@ -116,7 +116,7 @@ def test_what_is_searched_of_some_joints_makes_room_for_what_is_missing(tmp_path
 @pytest.fixture
 def no_springs(monkeypatch: pytest.MonkeyPatch) -> None:
     """Springs are not looked at, which takes most of the time."""
-    monkeypatch.setattr(screen, "_springs", lambda model: [])
+    monkeypatch.setattr(springs, "_groups", lambda problem, values: [])
 
 
 @pytest.mark.usefixtures("no_springs")

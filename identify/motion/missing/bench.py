@@ -19,8 +19,9 @@ from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.lean import needed, worth
-from identify.motion.missing.long_steps import LongSteps, changed
-from identify.motion.missing.screen import PART, Promise, effect_of, promises
+from identify.motion.missing.linear import effect_of
+from identify.motion.missing.long_steps import LongSteps, changed, foreseen
+from identify.motion.missing.screen import Promise, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -28,10 +29,12 @@ from identify.motion.study import MotionCandidate
 from identify.motion.trajectory_fit import MotionFit
 from identify.motion.workbench import MotionWorkbench, Trial, others
 
-_TRIED = 3
+_TRIED = 5
 """Effects that are refitted together, at most: what they promise is without what is free fitted anew."""
 _ENDED, _CLOSE = 2, 0.5
-"""How many of them are fitted to their end, and what part of the best one's fall of ln gap they then have."""
+"""How many of them are fitted to their end; what part of the best one's odds, and then of its fall of ln gap,
+is close.
+"""
 _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
 cannot take a hundredth off the gap; into how many parts a step is divided to know it.
@@ -39,8 +42,11 @@ cannot take a hundredth off the gap; into how many parts a step is divided to kn
 _SURE = 20 * CONVINCING
 """Log odds by the curvature at a fit above which an effect stays, whatever all others would make up for."""
 _LAST = StageSettings.parse({"kind": "gauss-newton", "evaluations": 6, "tolerance": 1e-3})
-_REFIT = StageSettings.parse({"kind": "gauss-newton", "evaluations": 15, "tolerance": 1e-3})
-_BRIEF = StageSettings.parse({"kind": "gauss-newton", "evaluations": 4, "tolerance": 1e-2})
+_REFIT, _BRIEF = (
+    StageSettings.parse({"kind": "gauss-newton", "evaluations": evaluations, "tolerance": 1e-2})
+    for evaluations in (15, 4)
+)
+"""To a hundredth of the squares: less than what an effect must take off."""
 _ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
 POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0, persistent=True)
 
@@ -71,22 +77,19 @@ class MissingBench(MotionWorkbench):
         return self.settled(super().begin())
 
     def settled(self, model: FittedMotion) -> FittedMotion:
-        """The model beside records less the error of its step, where that is not small beside its gap."""
-        if self._steps is None and _step_share(model) <= _STEP_SHARE:
+        """The model beside records less the error of its step, where that is not small beside its gap, or is
+        another than at the model that it was computed at.
+        """
+        at, values = model.problem.step_s, model.fit.values
+        measured = replace(model.problem, records=self._fine.records)
+        before = None if self._steps is None else self._steps.foreseen(at)
+        now = foreseen(measured, values, at)
+        if changed(before, now) <= _STEP_SHARE * model.fit.cost:
             return model
-        steps, at = self._measured(model), model.problem.step_s
-        before = None if self._steps is None else self._steps.error(at)
-        if changed(before, steps.error(at)) <= _STEP_SHARE * model.fit.cost:
-            return model
-        self._steps = steps
+        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
+        self._steps = LongSteps(measured, values, shortest, {at: now})
         self._fitted.clear()
         return self._with(model, model.added)
-
-    def _measured(self, model: FittedMotion) -> LongSteps:
-        """The error of steps at a model."""
-        shortest = min(self.problem.step_s / _PARTS, self._fine.step_s)
-        as_measured = replace(model.problem, records=self._fine.records)
-        return LongSteps(as_measured, model.fit.values, shortest)
 
     def _at_hand(self, problem: MotionProblem) -> MotionProblem:
         """A problem beside records less the error of its step, where that is known."""
@@ -112,7 +115,7 @@ class MissingBench(MotionWorkbench):
         for trial in screened:
             promise = known[id(trial.effect)]
             new = not any(promise.same(one) for one in different)
-            if promise.log_odds < PART * most or (new and len(different) == _TRIED):
+            if promise.log_odds < _CLOSE * most or (new and len(different) == _TRIED):
                 break
             different += [promise] if new else []
             found.append(trial)
@@ -145,6 +148,8 @@ class MissingBench(MotionWorkbench):
 
     def _to_its_end(self, model: FittedMotion, brief: FittedMotion, effect: MotionCandidate) -> FittedMotion:
         """A model with an effect more, fitted to its end, without places that it does not need."""
+        if not brief.fit.best.spent:  # it has ended already
+            self._fitted.setdefault(self._key(brief.added), brief)
         after = self._with(brief, brief.added)
         leaner = self._leaner(after, effect)
         return after if leaner == effect else self._with(after, (*model.added, leaner))
@@ -230,10 +235,3 @@ def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> F
     cost = float(fitted_objective(problem).costs(values[None])[0])
     start = Start(values, values, cost, 1, 0.0, True, "nothing was to be fitted")
     return FittedMotion(problem, Fit(values, cost, (start,), np.zeros((0, 5)), 0.0), effects)
-
-
-def _step_share(model: FittedMotion) -> float:
-    """RMS of what half the step changes, times two (Richardson), over the gap."""
-    pair = model.problem, model.problem.halved
-    rows = [fitted_objective(one).smooth(model.fit.values) for one in pair]
-    return float(2 * np.linalg.norm(rows[1] - rows[0]) / max(model.fit.cost, 1e-12))

@@ -16,7 +16,7 @@ from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
 
-_SPAN, _OFF = 100.0, 30.0
+OFF = 100.0
 """Bounds: of an amplitude, over its size; of a number that is not as stated, a factor either way."""
 _LATE_S = 1e-3
 _SMALL, _JUMP = 0.01, 0.3
@@ -52,9 +52,9 @@ class Kind:
     def _number(self, present: Array, joints: Sequence[int]) -> JointNumber:
         at = np.array(joints) - 1
         if self.relative:
-            bounds = float(present[at].min() / _OFF), float(present[at].max() * _OFF)
+            bounds = float(present[at].min() / OFF), float(present[at].max() * OFF)
         else:
-            most = _SPAN * float(np.nanmax(self.size[at]))
+            most = OFF * float(np.nanmax(self.size[at]))
             bounds = max(-most, self.least), most
         bounds = tuple(float(f"{bound:.3g}") for bound in bounds)  # type: ignore[assignment]
         return JointNumber(initial=[float(v) for v in present], bounds=bounds, joints=list(joints))

@@ -36,8 +36,10 @@ def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -
     for place in places:
         parts = _own(model, kind, place, names, scale)
         own, away, unknowns = [*own, *parts[0]], [*away, *parts[1]], unknowns + parts[2]
-    covariance = np.linalg.inv(information)[np.ix_(own, own)]
-    squares = float(np.array(away) @ np.linalg.solve(covariance, away))
+    rest = [n for n in range(len(information)) if n not in own]
+    beside = information[np.ix_(own, rest)]
+    left = information[np.ix_(own, own)] - beside @ np.linalg.pinv(information[np.ix_(rest, rest)]) @ beside.T
+    squares = float(np.array(away) @ left @ away)
     return 0.5 * squares - 0.5 * unknowns * float(np.log(max(free, 2.0)))
 
 
@@ -48,8 +50,9 @@ def _own(
     many unknowns it has.
     """
     x = scale.to_x(model.fit.values)
-    if isinstance(kind, SpringKind):  # a compliance, whose relative error is that of the stiffness
-        return [names.index(f"{kind.coordinates[place]}.stiffness")], np.ones(1), 2
+    if isinstance(kind, SpringKind):  # compliances, whose relative errors are those of the stiffness
+        own = [names.index(f"{kind.coordinates[n]}.stiffness") for n in kind.places[place]]
+        return own, np.ones(len(own)), 2 * len(own)
     own = [names.index(f"joint{place + 1}.{key}") for key in kind.where]
     absent = model.fit.values.copy()
     for row, number in enumerate(own):

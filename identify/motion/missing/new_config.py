@@ -15,7 +15,7 @@ from identify.core.config_paths import relocated
 from identify.core.yaml_input import flat, in_one_line, renamed, round_trip, yaml_text
 from identify.motion.friction import FrictionSettings
 from identify.motion.links import damping_of, parts
-from identify.motion.problem import MotionProblem
+from identify.motion.problem import MotionProblem, sections_of
 
 _WHAT = "discovered"
 _OTHERS = ("candidates", "optimizer", "starts")
@@ -79,7 +79,7 @@ def _springs(data: Any, problem: MotionProblem, told: Mapping[str, float]) -> No
 def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:
     """All numbers that are searched with what was found of them."""
     arrays, joints = problem.table.arrays(values[None]), len(problem.robot.joints)
-    parameters = {p.name: p for p in problem.parameters}
+    parameters, sections = {p.name: p for p in problem.parameters}, sections_of(problem.file)
     for where, (free, _) in problem.table.columns.items():
         *outer, key = where.split(".")
         part = data
@@ -87,7 +87,9 @@ def _numbers(data: Any, problem: MotionProblem, values: Array) -> None:
             part = part[int(name)] if name.isdigit() else part.setdefault(name, CommentedMap())
         row = [_short(value) for value in arrays[where][0].tolist()]
         one = parameters[f"joint{free[0] + 1}.{where}"]
-        entry = {"initial": flat(row), "bounds": flat([one.lower, one.upper])}
+        within = getattr(sections[where.rpartition(".")[0]], key).within
+        known = {"within": within} if within else {"bounds": flat([one.lower, one.upper])}
+        entry = {"initial": flat(row), **known}
         if len(free) < joints:
             entry["joints"] = flat([int(joint) + 1 for joint in free])
         part[key] = in_one_line(entry)

@@ -19,6 +19,7 @@ from identify.model.laws.friction import Smoothing
 from identify.motion.changed import coarse
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind, kinds
+from identify.motion.missing.linear import Place, Sight, Solution, effect_of, solutions
 from identify.motion.missing.springs import SpringKind, rigid
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -28,24 +29,10 @@ from identify.motion.trajectory import TrajectoryObjective
 LAWS = {"tanh": "dry friction as a hyperbolic tangent of speed", "root": "dry friction as a root of speed"}
 _SOFTENED = 2.0
 """By how much a spring that is as stiff as can be is softened to see what it does."""
-_FARTHEST, _WIDEST = 1.0, 10.0
-"""How far from where it is an effect starts: logarithm of a number that is not as stated; times its size."""
-_SHARES = 0.5 ** np.arange(4)
-"""Shares of what least squares asks for that are simulated: a line search without a slope."""
+_SHARES = 2.0 ** np.arange(2, -4, -1)
+"""Shares of what least squares asks for that are simulated: a line search without a slope, both ways."""
 PART = 0.1
-"""What promises less than this part of the best one's log odds is not looked at beside it."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """A kind at one of its places (a joint, a coordinate): the change (count, k) of all residuals with each
-    of its amplitudes; its number in the kind; how many unknowns it brings.
-    """
-
-    kind: Kind | SpringKind
-    number: int
-    columns: Array
-    unknowns: int
+"""What promises less than this part of the best one's log odds to first order is not simulated."""
 
 
 @dataclass(frozen=True)
@@ -87,86 +74,35 @@ class Promise:
         """
         return self.places == other.places and math.isclose(self.log_odds, other.log_odds, rel_tol=1e-6)
 
-
-@dataclass(frozen=True)
-class _Solution:
-    """Places of a kind with the amplitudes (columns of all,) that least squares has for them, and what they
-    gain to first order, natural logarithm of the odds.
-    """
-
-    places: Sequence[Place]
-    amplitudes: Array
-    log_odds: float
-
-    @property
-    def change(self) -> Array:
-        """(count,): of all residuals."""
-        return np.concatenate([place.columns for place in self.places], axis=1) @ self.amplitudes
-
-    def starts(self, share: float = 1.0) -> dict[str, float]:
-        """Where the parameters start, by name, with a share of the amplitudes."""
-        ends = np.cumsum([place.columns.shape[1] for place in self.places])
-        parts = zip(self.places, np.split(share * self.amplitudes, ends[:-1]), strict=True)
-        return {name: value for place, own in parts for name, value in _starts(place, own).items()}
-
-
-@dataclass(frozen=True)
-class _Sight:
-    """Residuals over noise (count,), and what of them nothing searched explains; an orthonormal basis (count,
-    r) of what is searched; how many residuals are independent, and how many places are looked at.
-    """
-
-    whole: Array
-    residual: Array
-    basis: Array
-    independent: float
-    tried: int
-
-    def beyond(self, columns: Array) -> Array:
-        """What is left of columns (count, n) beside what is searched, and of all zeros where that is nothing
-        but rounding.
-        """
-        left = columns - self.basis @ (self.basis.T @ columns)
-        told = np.linalg.norm(left, axis=0) > 1e-6 * np.linalg.norm(columns, axis=0)
-        return np.asarray(left * told)
-
-    def log_odds(self, squares: float, unknowns: int, places: int) -> float:
-        """For a model that leaves this sum of squares, with so many more unknowns in so many places: half n
-        ln of the ratio, less the price of unknowns (Schwarz 1978) and of having looked at all places.
-        """
-        ratio = float(self.residual @ self.residual) / max(squares, 1e-300)
-        price = unknowns * 0.5 * np.log(max(self.independent, 2.0)) + places * np.log(self.tried)
-        return float(0.5 * self.independent * np.log(ratio) - price)
+    def within(self, other: Promise) -> bool:
+        """Whether it is another set of places of the same kind that has some of the other's."""
+        return self.kind is not None and self.kind is other.kind and bool({*self.places} & {*other.places})
 
 
 def promises(model: FittedMotion) -> list[Promise]:
-    """All effects that promise something, the most promising first; of each kind the places that do."""
-    looks = [_numbers(model), *_springs(model)]
+    """All effects that promise something, the most promising first; of a kind only sets of places that have
+    none in common.
+    """
+    looks = [_numbers(model), _springs(model)]
     sight = _sight(model, sum(len(places) for _, places in looks))
-    solved, found = [(lanes, _solutions(places, sight)) for lanes, places in looks], _laws(model, sight)
+    solved, found = [(lanes, solutions(places, sight)) for lanes, places in looks], _laws(model, sight)
     most = max((one.log_odds for _, own in solved for one in own), default=0.0)
     for lanes, own in solved:
         found += _simulated(model, lanes, [one for one in own if one.log_odds >= PART * most], sight)
         found += [
             _promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
         ]
-    return sorted(found, key=lambda promise: -promise.log_odds)
+    found.sort(key=lambda promise: -promise.log_odds)
+    return [one for n, one in enumerate(found) if not any(one.within(other) for other in found[:n])]
 
 
-def _solutions(places: Sequence[Place], sight: _Sight) -> list[_Solution]:
-    """The best of each kind."""
-    kinds = {id(place.kind): place.kind for place in places}.values()
-    best = [_best([place for place in places if place.kind is kind], sight) for kind in kinds]
-    return [one for one in best if one is not None]
-
-
-def _sight(model: FittedMotion, tried: int) -> _Sight:
+def _sight(model: FittedMotion, tried: int) -> Sight:
     objective, (residual, own) = model.objective, model.seen
     sizes = np.linalg.norm(own, axis=0)
     basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
     whole = np.sqrt(objective.count) * residual
     left = whole - basis @ (basis.T @ whole)
-    return _Sight(whole, left, basis, independent(objective, residual), max(tried, 2))
+    return Sight(whole, left, basis, independent(objective, residual), max(tried, 2))
 
 
 def independent(objective: TrajectoryObjective, row: Array) -> float:
@@ -206,27 +142,32 @@ def _numbers(model: FittedMotion) -> tuple[Lanes, list[Place]]:
     changes = lanes.slopes(np.array(moved), np.array(steps))
     ends = np.cumsum([len(kind.where) for kind, _ in of])
     return lanes, [
-        Place(kind, joint, changes[:, end - len(kind.where) : end], len(kind.where))
+        Place(kind, joint, changes[:, end - len(kind.where) : end])
         for (kind, joint), end in zip(of, ends, strict=True)
     ]
 
 
-def _springs(model: FittedMotion) -> list[tuple[Lanes, list[Place]]]:
+def _springs(model: FittedMotion) -> tuple[Lanes, list[Place]]:
     """All springs that are rigid, by a simulation for each with that one softer."""
-    found = []
-    for kind, problem in rigid(model.problem, model.fit.values):
-        columns = {p.name: n for n, p in enumerate(problem.parameters)}
-        rows = np.arange(len(kind.coordinates))
-        lanes = Lanes(coarse(problem), problem.initial, columns)
-        moved = np.tile(problem.initial, (len(rows), 1))
-        moved[rows, [columns[f"{coordinate}.stiffness"] for coordinate in kind.coordinates]] /= _SOFTENED
-        changes = lanes.slopes(moved, (_SOFTENED - 1) / kind.stiff)
-        found.append((lanes, [Place(kind, n, changes[:, [n]], 2) for n in rows.tolist()]))
-    return found
+    kinds, problem = rigid(model.problem, model.fit.values)
+    columns = {p.name: n for n, p in enumerate(problem.parameters)}
+    own = [columns[f"{coordinate}.stiffness"] for kind in kinds for coordinate in kind.coordinates]
+    lanes = Lanes(coarse(problem), problem.initial, columns)
+    if not own:
+        return lanes, []
+    moved = np.tile(problem.initial, (len(own), 1))
+    moved[np.arange(len(own)), own] /= _SOFTENED
+    stiff = np.concatenate([kind.stiff for kind in kinds])
+    changes = iter(lanes.slopes(moved, (_SOFTENED - 1) / stiff).T)
+    found = list[Place]()
+    for kind in kinds:
+        of_kind = np.array([next(changes) for _ in kind.coordinates]).T
+        found += [Place(kind, n, of_kind[:, place]) for n, place in enumerate(kind.places)]
+    return lanes, found
 
 
 def _simulated(
-    model: FittedMotion, lanes: Lanes, solutions: Sequence[_Solution], sight: _Sight
+    model: FittedMotion, lanes: Lanes, solutions: Sequence[Solution], sight: Sight
 ) -> list[Promise]:
     """What solutions come to where they are simulated, with what is searched moved to make up for them: the
     best share of all that; those that gain something.
@@ -246,7 +187,7 @@ def _simulated(
     left = np.where(np.isfinite(left), left, np.inf).reshape(len(solutions), -1)
     found = []
     for one, squares, first in zip(solutions, left, range(0, len(starts), len(_SHARES)), strict=True):
-        odds = sight.log_odds(float(squares.min()), sum(p.unknowns for p in one.places), len(one.places))
+        odds = sight.log_odds(float(squares.min()), one.unknowns, len(one.places))
         found.append(_promise(one.places, odds, starts[first + int(np.argmin(squares))]))
     return [promise for promise in found if promise.log_odds > 0]
 
@@ -276,7 +217,7 @@ def _shifted(model: FittedMotion, shift: Array) -> dict[str, float]:
     return found
 
 
-def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
+def _laws(model: FittedMotion, sight: Sight) -> list[Promise]:
     """The other way in which the sign of dry friction may pass through zero, by one simulation."""
     problem, dry = model.problem, ("friction.coulomb", "friction.stribeck")
     arrays = problem.table.arrays(model.fit.values[None])
@@ -288,71 +229,3 @@ def _laws(model: FittedMotion, sight: _Sight) -> list[Promise]:
     odds = sight.log_odds(float(np.sum(left**2)), 0, 1)
     effect = MotionCandidate(name=LAWS[other], smoothing=other)
     return [Promise(None, (), effect, odds, {})] if odds > 0 else []
-
-
-def _best(places: Sequence[Place], sight: _Sight) -> _Solution | None:
-    """The places of a kind that promise something to first order, each beside those before it, and their
-    amplitudes.
-    """
-    left = [sight.beyond(place.columns) for place in places]
-    picked, best, amplitudes = list[int](), 0.0, np.zeros(0)
-    while len(picked) < len(places):
-        trials = []
-        for n in set(range(len(places))) - set(picked):
-            own = [*picked, n]
-            found = _solved(np.concatenate([left[k] for k in own], axis=1), sight.residual)
-            if found is None or not _possible(places, own, found[0]):
-                continue
-            unknowns = sum(places[k].unknowns for k in own)
-            trials.append((sight.log_odds(found[1], unknowns, len(own)), n, found[0]))
-        top = max(trials, key=lambda trial: trial[0], default=None)
-        if top is None or top[0] <= best:
-            break
-        best, amplitudes = top[0], top[2]
-        picked.append(top[1])
-    return _Solution([places[k] for k in picked], amplitudes, best) if picked else None
-
-
-def effect_of(kind: Kind | SpringKind, places: Sequence[int]) -> MotionCandidate:
-    """A kind at some of its places, as a study names it."""
-    return kind.candidate([n + 1 for n in places] if isinstance(kind, Kind) else places)
-
-
-def _solved(columns: Array, residual: Array) -> tuple[Array, float] | None:
-    """Amplitudes that least squares has for columns (count, n), and the sum of squares left; None where they
-    cannot be distinguished.
-    """
-    size = np.linalg.norm(columns, axis=0)
-    if not (size > 0).all():
-        return None
-    unit = columns / size
-    gram = unit.T @ unit
-    if np.linalg.eigvalsh(gram)[0] < 1e-6:
-        return None
-    along = np.linalg.solve(gram, -unit.T @ residual)
-    left = residual + unit @ along
-    return along / size, float(left @ left)
-
-
-def _possible(places: Sequence[Place], own: Sequence[int], amplitudes: Array) -> bool:
-    """Whether amplitudes have the sign that they must have."""
-    ends = np.cumsum([places[k].columns.shape[1] for k in own])
-    for k, end in zip(own, ends, strict=True):
-        kind = places[k].kind
-        free = isinstance(kind, Kind) and (kind.least < 0 or kind.relative)
-        if not free and (amplitudes[end - places[k].columns.shape[1] : end] <= 0).any():
-            return False
-    return True
-
-
-def _starts(place: Place, amplitudes: Array) -> dict[str, float]:
-    kind, n = place.kind, place.number
-    if isinstance(kind, SpringKind):
-        stiffness = float(np.clip(1 / amplitudes[0], kind.soft[n], kind.stiff[n]))
-        return {f"{kind.coordinates[n]}.stiffness": stiffness}
-    found = {}
-    for key, present, amplitude in zip(kind.where, kind.present[:, n], amplitudes, strict=True):
-        most = _FARTHEST if kind.relative else _WIDEST * kind.size[n]
-        away = float(np.clip(amplitude, -most if kind.relative else max(-most, 0.9 * kind.least), most))
-        found[f"joint{n + 1}.{key}"] = float(present * np.exp(away)) if kind.relative else away
-    return found

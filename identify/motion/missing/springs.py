@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 
 from identify.core.arrays import Array
 from identify.core.parameters import Values
@@ -22,109 +21,126 @@ from identify.motion.links import AXES, parts
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate, Spring
 
-_STEP, _RESOLVED = 6.25e-5, 0.25
-"""Step of integration, s, at most, and that times the angular frequency at which each spring resonates alone:
-as stiff as can be simulated with ease.
-"""
+_STIFFER = 1e3
+"""Stiffness over a spring's usual start, from which its compliance is near zero."""
 _SOFTEST_HZ = 3.0
 """Alone, no spring of an arm resonates lower."""
-_CLASSES = (("compliance of the gear", ("rz",)), ("tilt compliance", ("rx", "ry")))
-LINKS = "flexibility of links"
+_ACROSS = ("rx", "ry", "tx", "ty")
+"""Of these, the two that are tilts, and the two that are not, give way together: mounts and bearings are
+much the same all round.
+"""
+_GEAR, _JOINT, _BASE = ("rz",), ("rx", "ry"), ("rx", "ry", "rz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
 class SpringKind:
-    """Coordinates (n,) of a class that are rigid, and stiffness of each, from which its compliance is near
-    zero, and at which it is as soft as may be.
+    """Coordinates (n,) of a class that are rigid, stiffness and damping that each usually starts from, and by
+    how long, s, springs lag at least, a step: with such a damper steps are stable, however stiff the spring
+    and light what it carries; whole: all coordinates of a place, a link, give way together.
     """
 
     name: str
     coordinates: tuple[str, ...]
-    stiff: Array
-    soft: Array
+    stiffness: Array
+    damping: Array
+    lag_s: float = 0.0
+    whole: bool = False
+
+    @property
+    def stiff(self) -> Array:
+        """From where compliances (n,) are near zero."""
+        return _STIFFER * self.stiffness
+
+    @property
+    def soft(self) -> Array:
+        """As soft as may be (n,)."""
+        return (_SOFTEST_HZ / START_HZ) ** 2 * self.stiffness
+
+    def starts(self, compliance: Mapping[int, float]) -> dict[str, float]:
+        """Where springs start, by name, of compliances by coordinate, one of none as stiff as the stiffest
+        beside it, with dampers by which they lag as usual.
+        """
+        found, lag = dict[str, float](), np.maximum(self.damping / self.stiffness, self.lag_s)
+        for place in self.places:
+            own = {n: compliance[n] for n in place if n in compliance}
+            least = min((one for one in own.values() if one > 0), default=0.0)
+            for n, one in own.items():
+                k = float(np.clip(1 / max(one, least, 1 / self.stiff[n]), self.soft[n], self.stiff[n]))
+                found[f"{self.coordinates[n]}.stiffness"] = k
+                found[f"{self.coordinates[n]}.damping"] = float(lag[n] * k)
+        return found
+
+    @property
+    def places(self) -> list[list[int]]:
+        """Numbers of the coordinates that give way together."""
+        own = [self._together(name) for name in self.coordinates]
+        return [[n for n, name in enumerate(own) if name == place] for place in dict.fromkeys(own)]
+
+    def _together(self, coordinate: str) -> str:
+        place, _, axis = coordinate.rpartition(".")
+        if self.whole:
+            return place
+        return f"{place}.{axis[0]}" if axis in _ACROSS else coordinate
 
     def candidate(self, picked: Sequence[int]) -> MotionCandidate:
-        """As an effect of some of its coordinates."""
-        places = {self.coordinates[n].rpartition(".")[0] for n in picked}
-        if self.name == LINKS:  # all of a link gives way
-            picked = [n for n, name in enumerate(self.coordinates) if name.rpartition(".")[0] in places]
-        names = [self.coordinates[n] for n in picked]
-        stiff = {self.coordinates[n]: float(f"{self.stiff[n]:.6g}") for n in picked}
-        bounds = (
-            float(f"{self.soft[list(picked)].min():.3g}"),
-            float(f"{4 * self.stiff[list(picked)].max():.3g}"),
+        """As an effect of some of its places."""
+        numbers = [n for place in picked for n in self.places[place]]
+        names = [self.coordinates[n] for n in numbers]
+        stiff = {self.coordinates[n]: float(f"{self.stiff[n]:.6g}") for n in numbers}
+        bounds = float(f"{self.soft[numbers].min():.3g}"), float(f"{4 * self.stiff[numbers].max():.3g}")
+        effects, links = [], list(dict.fromkeys(name.rpartition(".")[0] for name in names))
+        for link in links:
+            own = {name.rpartition(".")[2]: stiff[name] for name in names if name.startswith(f"{link}.")}
+            effects.append(_effect(link, own, bounds))
+        return MotionCandidate(
+            name=f"{self.name} ({listed(links if self.whole else names)})", effects=effects
         )
-        effects = []
-        for place in dict.fromkeys(name.rpartition(".")[0] for name in names):
-            own = {name.rpartition(".")[2]: stiff[name] for name in names if name.startswith(f"{place}.")}
-            effects.append(_effect(place, own, bounds))
-        said = sorted(places) if self.name == LINKS else names
-        return MotionCandidate(name=f"{self.name} ({listed(said)})", effects=effects)
 
 
-def rigid(problem: MotionProblem, values: Array) -> list[tuple[SpringKind, MotionProblem]]:
-    """The classes that a problem does not have, each with the problem that has all of it at its stiffest.
+def rigid(problem: MotionProblem, values: Array) -> tuple[list[SpringKind], MotionProblem]:
+    """The classes that a problem does not have, and the problem that has all of them at their stiffest, each
+    spring beside a damper by which it lags by one step.
+    """
+    told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
+    groups = _groups(problem, values)
+    effects = [_usual(coordinate) for _, own, _ in groups for coordinate in own]
+    softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
+    usual = {parameter.name: parameter.initial for parameter in softer.springs}
+    kinds = [
+        SpringKind(
+            title,
+            own,
+            np.array([usual[f"{coordinate}.stiffness"] for coordinate in own]),
+            np.array([usual[f"{coordinate}.damping"] for coordinate in own]),
+            problem.step_s,
+            whole,
+        )
+        for title, own, whole in groups
+    ]
+    for kind in kinds:
+        stiff = zip(kind.coordinates, kind.stiff.tolist(), strict=True)
+        told |= {f"{coordinate}.damping": kind.lag_s * k for coordinate, k in stiff}
+    stiffest = [effect for kind in kinds for effect in kind.candidate(range(len(kind.places))).effects]
+    return kinds, with_effects(problem, stiffest, told)
+
+
+def _groups(problem: MotionProblem, values: Array) -> list[tuple[str, tuple[str, ...], bool]]:
+    """Springs that a problem does not have, by class, and whether a place's give way together.
 
     A base whose mass is not known cannot move.
     """
-    told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
-    step, found = min(problem.step_s, _STEP), []
-    for name, own in _groups(problem, values).items():
-        effects = [_usual(coordinate) for coordinate in own]
-        softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
-        usual = {p.name.rpartition(".")[0]: p.initial for p in softer.springs if p.name.endswith("stiffness")}
-        start = np.array([usual[coordinate] for coordinate in own])
-        stiff = _stiffest(softer, own, start, step)
-        soft = (_SOFTEST_HZ / START_HZ) ** 2 * start
-        able = stiff > soft
-        if name == LINKS:
-            able = np.repeat(able.reshape(-1, len(AXES)).all(axis=1), len(AXES))
-        kept = tuple(name for name, can in zip(own, able, strict=True) if can)
-        kind = SpringKind(name, kept, stiff[able], soft[able])
-        if able.any():
-            effects = kind.candidate(range(len(kind.coordinates))).effects
-            found.append((kind, with_effects(problem, effects, told)))
-    return found
-
-
-def _groups(problem: MotionProblem, values: Array) -> dict[str, list[str]]:
-    """Names of springs that a problem does not have, by class."""
     robot, released = problem.robot, {p.name.rpartition(".")[0] for p in problem.springs}
-    groups = {
-        name: [f"joint{n + 1}.{a}" for n in range(len(robot.joints)) for a in axes] for name, axes in _CLASSES
-    }
-    if robot.links[0].mass > 0:
-        groups["compliance of the base"] = [f"base.{a}" for a in ("rx", "ry", "rz", "tx", "ty", "tz")]
-    links = LinkFlexibility.instances(robot, {})
-    groups[LINKS] = [name for link in links for own in parts(link, robot).values() for name in own]
-    if np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) <= 0:
-        groups.pop(_CLASSES[0][0])  # a rotor that weighs nothing cannot move alone
-    left = {name: [one for one in group if one not in released] for name, group in groups.items()}
-    return {name: own for name, own in left.items() if own}
-
-
-def _stiffest(problem: MotionProblem, own: Sequence[str], start: Array, step: float) -> Array:
-    """Stiffness of coordinates (n,) so that a step resolves all modes, from what each has alone: while one is
-    too fast, what bends most in it gives way.
-    """
-    arm, passive = (
-        problem.arm,
-        problem.passive(problem.initial[None], problem.table.arrays(problem.initial[None])),
-    )
-    rows, units = np.array([problem.row(name) for name in own]).T
-    rows = rows.astype(int)
-    position = np.zeros(len(arm.names))
-    position[arm.drive] = problem.records[0].command.position[0]
-    mass = arm.mass_matrix(position) + np.diag(passive.armature[0])
-    stiffness, limit = passive.stiffness[0].copy(), _RESOLVED / step
-    stiffness[rows] = units * start * (limit / (2 * np.pi * START_HZ)) ** 2
-    for _ in range(20 * len(own)):
-        squares, shapes = scipy.linalg.eigh(np.diag(stiffness), mass)
-        bent = stiffness[rows] * shapes[rows, -1] ** 2
-        if squares[-1] <= (1.2 * limit) ** 2 or bent.max() < 0.1 * squares[-1]:
-            break
-        stiffness[rows[int(np.argmax(bent))]] *= limit**2 / squares[-1]
-    return np.asarray(stiffness[rows] / units)
+    joints = [f"joint{n + 1}" for n in range(len(robot.joints))]
+    turns = np.min(problem.table.arrays(values[None])["motor.rotor_inertia"]) > 0  # alone, behind a spring
+    links = [parts(link, robot).values() for link in LinkFlexibility.instances(robot, {})]
+    classes = [
+        ("compliance of the gear", [f"{one}.{axis}" for one in joints if turns for axis in _GEAR], False),
+        ("tilt compliance", [f"{one}.{axis}" for one in joints for axis in _JOINT], False),
+        ("compliance of the base", [f"base.{axis}" for axis in _BASE if robot.links[0].mass > 0], False),
+        ("flexibility of links", [name for link in links for own in link for name in own], True),
+    ]
+    left = [(name, tuple(c for c in own if c not in released), whole) for name, own, whole in classes]
+    return [one for one in left if one[1]]
 
 
 def _effect(place: str, own: Mapping[str, float], bounds: tuple[float, float]) -> Spring:
