@@ -101,12 +101,16 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
     elif springs_explain(first, as_stated.uncertainty):
         found = Found(Looked(now.gap), first)
     else:
-        found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), now.gap))
-        if found.looked.diagnosis is None:
-            found = _beside_springs(as_stated, first, found)
+        found = _wrong(as_stated, first, now.gap)
     if too_stiff(found.corrected):
         return _in_rad_per_s(as_stated, found.corrected, now.gap) or found.looked
     return found.looked
+
+
+def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
+    """The mistakes that explain the data, alone or beside every spring."""
+    found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
+    return _beside_springs(as_stated, first, found) if found.looked.diagnosis is None else found
 
 
 @dataclass(frozen=True)
