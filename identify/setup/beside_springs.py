@@ -33,6 +33,8 @@ from identify.vibration.problem import Problem
 
 _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 """Kinds about how single channels are read, which the soft model itself proposes."""
+_PHYSICAL = ("payload",)
+"""Kinds that stand for what an arm may have: hoses are bodies, too, and effects that `discover` names."""
 _PROMISING, _SETTLED = 10, 3
 """Hypotheses about channels that are fitted for a few steps in a round, and of all, that are for more."""
 _LEFT = 0.5
@@ -105,7 +107,8 @@ def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
     and of how many.
     """
     channels = list(of_kinds(best, _CHANNELS))
-    others = list(of_kinds(replace(best, score=own), [name for name in KINDS if name not in _CHANNELS]))
+    rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
+    others = list(of_kinds(replace(best, score=own), rest))
     by_squares = sorted(channels, key=lambda one: -one.promise)[:_PROMISING]
     tried = sorted(glanced(replace(best, score=own), others), key=_cost)
     last = [one.hypotheses[-1] for one in tried]
@@ -118,9 +121,11 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Cand
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there.
     """
-    few = [_fitted(one, _FEW) for h in hypotheses if (one := _read(base, h)) is not None]
-    settled = [_settled(base, one) for one in sorted(few, key=_cost)[:_SETTLED]]
-    settled.sort(key=_cost)
+    best: list[Candidate] = []
+    for hypothesis in hypotheses:  # a model with every spring is large: no more of them are kept
+        one = _read(base, hypothesis)
+        best = sorted([*best, *([] if one is None else [_fitted(one, _FEW)])], key=_cost)[:_SETTLED]
+    settled = sorted((_settled(base, one) for one in best), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
     return next(iter(worth or [one for one in settled if _helps(base, one)]), None)
 

@@ -108,9 +108,18 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
 
 
 def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
-    """The mistakes that explain the data, alone or beside every spring."""
+    """The mistakes that explain the data alone, and beside every spring those that explain what is left."""
     found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
-    return _beside_springs(as_stated, first, found) if found.looked.diagnosis is None else found
+    named, known = found.looked.diagnosis, as_stated
+    if named is not None:
+        known = as_stated.changed(named.edits)
+        if named.gap_after <= QUIET or springs_explain(found.corrected, as_stated.uncertainty):
+            return found
+    more = _beside_springs(known, found.corrected)
+    if more is None:
+        return found
+    told = more if named is None else replace(_joined(named, more), softened=True)
+    return Found(Looked(gap, told), scored(known.changed(more.edits).problem()))
 
 
 @dataclass(frozen=True)
@@ -170,27 +179,18 @@ def _and_braked(as_stated: Stated, found: Found) -> Found:
     return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
 
 
-def _beside_springs(as_stated: Stated, first: Score, found: Found) -> Found:
-    """Mistakes beside many effects, where none explains the data alone."""
-    wrong = beside_springs(as_stated, first)
+def _beside_springs(known: Stated, plain: Score) -> Diagnosis | None:
+    """Mistakes beside many effects, in a study with those put right that explain the data alone."""
+    wrong = beside_springs(known, plain)
     if wrong is None:
-        return found
+        return None
     mistakes = [Mistake(one.code, one.sentence) for one in wrong.hypotheses]
     if wrong.factors:
         factor = _factor_mistake(wrong.factors[0])
         others = tuple(reason for one in wrong.factors[1:] for reason in one.reasons)
         mistakes.append(replace(factor, otherwise=(*factor.otherwise, *others)))
-    told = Diagnosis(
-        tuple(mistakes),
-        _sure(wrong.log_odds),
-        wrong.gap_before,
-        wrong.gap_after,
-        wrong.edits,
-        softened=True,
-    )
-    return Found(
-        Looked(found.looked.gap, told), scored(as_stated.changed(wrong.edits).problem(), first.values)
-    )
+    sure = _sure(wrong.log_odds)
+    return Diagnosis(tuple(mistakes), sure, wrong.gap_before, wrong.gap_after, wrong.edits, (), softened=True)
 
 
 def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:
