@@ -315,4 +315,5 @@ def _of_decaying(state: Array, bound: float, record: float) -> Array:
     decays, grows, between = form[:count, :count], form[count:, count:], form[:count, count:]
     apart = scipy.linalg.solve_sylvester(decays, -grows, -between)
     left, right = basis[:, :count], basis[:, :count].conj().T - apart @ basis[:, count:].conj().T
-    return np.asarray((left @ scipy.linalg.expm(record * decays) @ right).real)
+    with np.errstate(over="ignore", invalid="ignore"):  # beyond all numbers: no candidate for any fit
+        return np.asarray((left @ scipy.linalg.expm(record * decays) @ right).real)

@@ -300,7 +300,8 @@ class _Part:
         h = (s**self.view.power)[:, None, None] * (self.out @ moved_by(base, a, reference)) + rest
         if self._compressed is None:
             read = self.view.target.read(h[..., None], own)[..., 0]
-            return float(np.sum(np.abs(whitened(self.view, read - self.view.target.data.frf)) ** 2))
+            with np.errstate(over="ignore"):
+                return float(np.sum(np.abs(whitened(self.view, read - self.view.target.data.frf)) ** 2))
         factor, wanted, left = self._compressed
         turned = real_product(factor, np.swapaxes(h, 1, 2)[..., None])[..., 0]
         return float(np.sum(np.abs(turned - wanted) ** 2)) + left
