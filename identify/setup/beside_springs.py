@@ -133,7 +133,13 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Cand
 def _settled(base: Candidate, one: Candidate) -> Candidate:
     """A candidate fitted for more steps, with better numbers in its last mistake, if that helps."""
     one = _fitted(one)
-    return finer(one, _refitted) if one.hypotheses[-1].moved and _helps(base, one) else one
+    last = one.hypotheses[-1]
+    if last.moved is None or not _helps(base, one):
+        return one
+    best = finer(one, _refitted)
+    numbers = best.hypotheses[-1].numbers
+    # What comes down to nothing is an error of what is stated, such as of the posture, and no mistake.
+    return base if numbers is None or np.linalg.norm(numbers) < last.reach else best
 
 
 def _helps(base: Candidate, one: Candidate) -> bool:
