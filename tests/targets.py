@@ -26,9 +26,8 @@ from identify.model.system import System, assemble, build_site, list_parameters
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.vibration.costs.make_target import frf_target
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture
 

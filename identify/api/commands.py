@@ -393,7 +393,7 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     from identify.planning.known import places_of
     from identify.planning.run import PlanOptions
     from identify.planning.run import run_plan as planned
-    from identify.reports.points.planned import planned_page
+    from identify.reports.points.page import planned_page
     from identify.reports.shown import working
 
     wanted = PlanOptions(
@@ -425,7 +425,7 @@ def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tup
     """What `identify points` does, and the files that it wrote."""
     from identify.measured.registration.run import Asked
     from identify.measured.registration.settings import RegistrationSettings
-    from identify.reports.points.write import write_points
+    from identify.reports.points.page import write_points
     from identify.robot.chain import Choice
 
     registration = RegistrationSettings(

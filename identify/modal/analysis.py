@@ -22,8 +22,7 @@ from identify.modal.layout import Layout, arrange
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why
-from identify.modal.reciprocity import ReciprocityCheck, reciprocity
-from identify.modal.scaling import Scaling, scale
+from identify.modal.scaling import ReciprocityCheck, Scaling, reciprocity, scale
 from identify.modal.selection import Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram

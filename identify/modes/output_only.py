@@ -23,12 +23,11 @@ from identify.measured.modal_table import ModalTable
 from identify.measured.response_files import load_responses
 from identify.measured.several import files_of, name_of
 from identify.modal.analysis import synthesis_error
-from identify.modal.choices import chosen_settings
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes, analyse
 from identify.modal.operational.settings import OperationalSettings
-from identify.modal.settings import ModalSettings
+from identify.modal.settings import ModalSettings, chosen_settings
 from identify.modes.doubt import doubts
 from identify.modes.evaluate import doubtful, drawn_diagram, rejected_poles, turned_down
 from identify.modes.export import write_tables

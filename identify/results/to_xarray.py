@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.results.labels import Labelled, Level, level
-from identify.results.names import group_name
+from identify.results.record import group_name
 
 if TYPE_CHECKING:
     from xarray import DataTree

@@ -11,8 +11,7 @@ from functools import partial
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.collect import collect
-from identify.core.errors import InputError, InputErrors
+from identify.core.errors import InputError, InputErrors, collect
 from identify.measured.channel import Channel, motors_of
 from identify.measured.correction import turned
 from identify.measured.frf_set import FrfSet

@@ -20,7 +20,7 @@ from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Uncertainty, propagated_uncertainty
-from identify.vibration.costs.targets import Targets
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import by_residuals, uncertainty
 

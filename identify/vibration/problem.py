@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.collect import collect
-from identify.core.errors import InputError
+from identify.core.errors import InputError, collect
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
@@ -27,9 +26,8 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from identify.vibration.given import Given, read_given
 from identify.vibration.left_out import without_noise
 from identify.vibration.like import as_in_type

@@ -1,5 +1,7 @@
 """Angular transmission error: the gear's output waves about its input, so many waves per turn of the joint
 (Nagoya Eq. 9).
+
+An encoder disc that is not centred on its shaft: an error of one wave per turn of the joint.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
 from identify.explain.effects.harmonics import LAG, cosine_and_sine, lags, late, strongest_orders
 from identify.explain.recorded_motion import RecordedMotion
-from identify.model.laws.transmission_error import per_joint_turn
+from identify.model.laws.gear import per_joint_turn
 
 _LEAST, _MOST = 0.5, 4.2
 """Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like
@@ -84,3 +86,19 @@ class AngularTransmissionError(MotionEffect):
             for lag, angle in angles.items()
             for found in strongest_orders(angle, residual[:, joint], order.lower, order.upper)
         ]
+
+
+class EncoderEccentricity(MotionEffect):
+    """The first harmonic of the joint; the offset of the encoders takes its mean."""
+
+    kind: ClassVar[str] = "encoder-eccentricity"
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    def sentence(self) -> str:
+        """What this instance is."""
+        return f"eccentric link-side encoder of joint {self.axis} (one wave per turn)"
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Cosine and sine of the joint angle."""
+        return scene.of_joint(self.axis, *cosine_and_sine(scene.joint_position[:, self.axis - 1], 1.0))

@@ -17,8 +17,7 @@ from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why, because
-from identify.modal.reciprocity import reciprocity
-from identify.modal.scaling import scale
+from identify.modal.scaling import reciprocity, scale
 from identify.modal.selection import Candidate
 from identify.modal.setups.analysis import Merged
 from identify.modal.setups.residues import Grid
