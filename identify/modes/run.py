@@ -1,7 +1,5 @@
 """What `identify modes` does, without the terminal: FRFs in, modes with their quality out, as HDF5, YAML and
 universal files.
-
-The FRF measurements of a study for `identify modes`, with the robot's points at every posture.
 """
 
 from __future__ import annotations
@@ -9,35 +7,24 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from identify.core.errors import InputError
 from identify.core.interruption import check
-from identify.core.text import listed
 from identify.core.threads import one_thread
 from identify.core.yaml_input import YAML_SUFFIXES
 from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.frf_set import FrfSet
 from identify.modal.alone import disagreement
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.settings import ModalSettings, chosen_settings
-from identify.model.geometry import drawn_geometry, sensor_geometry, standing
 from identify.modes.doubt import disagreement_note
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.modes.export import frf_paths, write_frfs, write_tables
-from identify.modes.job import NO_WINDOW, Job, Place, Source, job_of_files, window_untold
-from identify.modes.said import modal_settings
+from identify.modes.job import Job, Place, Source, job_of_files
 from identify.modes.setups import setups_note
 from identify.results import file as result_file
 from identify.results.modes import AnalysedMeasurement, ModesResult
-from identify.robot.visual import looks
-from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem
-from identify.vibration.provenance import provenance_of
-from identify.vibration.study import MeasurementSettings, read_study
 
 
 def run_modes(
@@ -99,7 +86,7 @@ def _job(source: Source, modal: dict[str, Any], place: Place, choices: Path | No
     if first.suffix.lower() not in YAML_SUFFIXES:
         return job_of_files(source, modal, place, choices)
     # A study brings the robot and its engine, which take seconds to import.
-    from identify.modes.run import job_of_study  # noqa: PLC0415
+    from identify.modes.from_study import job_of_study  # noqa: PLC0415
 
     said_too_much = source != Source([first]) or place != Place()
     return job_of_study(first, modal, refused=said_too_much)
@@ -126,56 +113,3 @@ def _differences(pairs: Sequence[tuple[ModalAnalysis, AnalysedMeasurement]]) -> 
 
 def _suffix(one: Measured, all_of_them: Sequence[Measured]) -> str:
     return "" if len(all_of_them) == 1 else "_" + re.sub(r"[^\w.+-]", "_", one.name)
-
-
-def job_of_study(config: Path, modal: dict[str, Any], *, refused: bool) -> Job:
-    """The FRF measurements of a study; modal: settings of the analysis from the command line; refused:
-    options of a data file were given, which a study says itself.  InputError for these, or without any FRF.
-    """
-    if refused:
-        fix = "write them into the study, or give a file of FRFs in its place"
-        raise InputError(
-            str(config), "options for a data file beside a study", "only options of the analysis", fix
-        )
-    problem = load_problem(read_study(config))
-    if not any(isinstance(m.target, FrfTarget) for m in problem.measurements):
-        raise InputError(str(config), "no measurement with FRFs", "at least one with `file`")
-    overrides = {f"modal.{key}": value for key, value in modal.items()}
-    stated = replace(problem, file=problem.file.model_copy(update={"overrides": overrides}))
-    study = problem.file.study
-    settings = modal_settings(study.modal, modal)
-    beside = [problem.file.resolve(path) for path in (study.modal_choices,) if path is not None]
-    measured = _measured(problem)
-    notes = [f"{one.name}: in the file, {note}" for one in measured for note in one.data.notes]
-    untold = [
-        m.name
-        for m in problem.measurements
-        if isinstance(m.target, FrfTarget) and _window_untold(m.settings, m.target.data)
-    ]
-    notes += [f"{listed(untold)}: {NO_WINDOW}"] if untold else []
-    return Job(study.name, measured, settings, provenance_of(stated.file), notes, beside)
-
-
-def _window_untold(settings: MeasurementSettings, data: FrfSet) -> bool:
-    """Whether nobody says that impacts were windowed or not."""
-    impacts = settings.estimate is None or settings.estimate.excitation == "impacts"
-    return impacts and window_untold(settings, data)
-
-
-def _measured(problem: Problem) -> list[Measured]:
-    """Every FRF measurement, with the robot's points at its posture."""
-    found, seen = [], looks(problem.robot)
-    for m in problem.measurements:
-        if isinstance(m.target, FrfTarget):
-            engine, points = m.system.site.engine, standing(problem.points, m.system.site)
-            places = sensor_geometry(engine, points), drawn_geometry(engine, points, seen)
-            found.append(
-                Measured(
-                    m.name,
-                    str(m.settings.source),
-                    m.target.data,
-                    m.given.posture_deg.tolist(),
-                    *places,
-                )
-            )
-    return found

@@ -11,7 +11,7 @@ import pytest
 from identify.measured.causality import is_conjugated
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
-from identify.modes.run import job_of_study
+from identify.modes.from_study import job_of_study
 from tests.shared import shared
 from tests.test_modes_command import frf_set
 

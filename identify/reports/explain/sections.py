@@ -38,8 +38,8 @@ from identify.reports.kit.report import (
     Text,
     origin,
 )
-from identify.results.explain import ExplainResult, TargetResult
 from identify.results.explain import Curves as Recorded
+from identify.results.explain import ExplainResult, TargetResult
 
 _USE = {"fit": "fitted", "validate": "held out", "test": "only reported"}
 _BARS = (
