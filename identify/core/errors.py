@@ -1,20 +1,10 @@
 """The errors that a user can cause; each is one sentence that says where, what was found, what was expected
 and what to do.
-
-Do several things and report everything that was wrong with them at once.
 """
-
-from __future__ import annotations
-
-from collections.abc import Callable, Sequence
-from typing import TypeVar
-
-from identify.core.interruption import check
 
 _LONGEST = 1000
 """Characters of what was found that are printed: a damaged file may be one line."""
 EXIT_DONE, EXIT_BAD_INPUT, EXIT_FAILED_CHECK, EXIT_NOT_CONVERGED, EXIT_INTERRUPTED = 0, 2, 3, 4, 130
-T = TypeVar("T")
 
 
 class InputError(Exception):
@@ -42,19 +32,3 @@ class InputErrors(Exception):
     def __init__(self, errors: list[InputError]) -> None:
         super().__init__("\n".join(str(error) for error in errors))
         self.errors = errors
-
-
-def collect(makers: Sequence[Callable[[], T]]) -> list[T]:
-    """The results of all makers, or all of their errors at once; what several say is said once."""
-    results, errors = [], []
-    for make in makers:
-        check()
-        try:
-            results.append(make())
-        except InputError as error:
-            errors.append(error)
-        except InputErrors as several:
-            errors += several.errors
-    if errors:
-        raise InputErrors(list({str(error): error for error in errors}.values()))
-    return results

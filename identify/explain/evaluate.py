@@ -1,13 +1,8 @@
 """A finished explanation from all sides: values with intervals, what each effect is worth, what was not
-found, in the result's tables.
+found, what oscillates and is not in the model, in the result's tables.
 
-Every record judged by every other one: the effects that were found, fitted to one record alone, on
-another.
-
-Which effects there are was decided by all records to fit and to judge together; what a single pair says of
-them shows what hangs on one record.
-
-What oscillates in a record and is not in the model: warnings.
+Every record is judged by every other one, too: which effects there are was decided by all records to fit
+and to judge together; what a single pair says of them shows what hangs on one record.
 """
 
 from __future__ import annotations

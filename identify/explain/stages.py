@@ -1,6 +1,6 @@
-"""What the stages of an explanation share, and which side of the gears loads are made of.
-
-Which effects may be tried on a target."""
+"""What the stages of an explanation share: which side of the gears loads are made of, and which effects
+may be tried on a target.
+"""
 
 from __future__ import annotations
 

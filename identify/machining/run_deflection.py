@@ -36,9 +36,9 @@ from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
-from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
 from identify.vibration.misfit import misfit
+from identify.vibration.notes import of_fit, of_gap
 
 _SEED = 1
 _LINES, _DRAWN = 400, 60

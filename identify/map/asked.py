@@ -1,6 +1,6 @@
-"""What a map is asked for, read from its options and checked before the work begins.
-
-Places of a workpiece, and the postures that put the tool there."""
+"""What a map is asked for, read from its options and checked before the work begins; places of a
+workpiece, and the postures that put the tool there.
+"""
 
 from __future__ import annotations
 

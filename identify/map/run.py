@@ -1,7 +1,5 @@
-"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the workers
-of a batch.
-
-The CSV of a map.
+"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the
+workers of a batch; and the CSV of its result.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What can be chosen in an experimental modal analysis; every default works on ordinary hammer tests.
-
-A file of choices of a modal analysis: keys of `ModalSettings` apart from a study or a command."""
+"""What can be chosen in an experimental modal analysis, in a study, a command or a file of its own; every
+default works on ordinary hammer tests.
+"""
 
 from __future__ import annotations
 

@@ -1,12 +1,11 @@
-"""Shapes of two files at nodes whose channels look in other directions: one of them turned to the other's.
+"""Shapes of two files at nodes whose channels look in other directions, one of them turned to the other's;
+and how much of a mode moves the points as one body.
 
 What a node moves is one vector; a file tells it along the axes of the node's displacement system (datasets
 15 and 18 or 2420 of a universal file), and files differ in these.
 
-Rigid motion in shapes: how much of a mode moves the points as one body, and rigid modes of two files.
-
-A free structure has up to six modes at 0 Hz, and on soft ropes as many a little above.  Any mixture of them
-is as good a set, so single ones compare at random: what compares is the space that they span.
+A free structure has up to six modes at 0 Hz, and on soft ropes as many a little above.  Any mixture of
+them is as good a set, so single ones compare at random: what compares is the space that they span.
 """
 
 from __future__ import annotations

@@ -11,13 +11,9 @@ two parts: that of each response, and that of the force, which all responses of 
 exponential window exp(-d t) correlates both over lines: at a distance of k lines by c / (c + 2 pi i k), c =
 2 d T, T the length of the record.
 
-Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too
-(`identify.planning.after_test`).
-
-Nuisance parameters (`uncertainty:` of the study) as unknowns of a test that is to be done.
-
-Errors of links and lengths go along from the fit, with the covariance that it found; those of sensors, gains,
-impacts and joint angles come anew with the test, as they were stated.
+Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too.
+Errors of links and lengths go along from the fit, with the covariance that it found; those of sensors,
+gains, impacts and joint angles come anew with the test, as they were stated.
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""What a test promises: intervals after it, what they would be after tests at random, and what each posture,
-impact and sensor of it is worth.
-
-What a test is planned for: parameters, a mode at a posture, or the depth limit of a cut there.
+"""What a test is planned for (parameters, a mode at a posture, or the depth limit of a cut there), and
+what it promises: intervals after it, what they would be after tests at random, and what each posture,
+impact and sensor is worth.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""What `identify plan` does, without the terminal: a fit in, the next test with what it promises out.
-
-The study of a planned test, to be filled in."""
+"""What `identify plan` does, without the terminal: a fit in, the next test with what it promises and the
+study of it, to be filled in, out.
+"""
 
 from __future__ import annotations
 

@@ -1,10 +1,9 @@
 """Write the reports of a run beside its result file, from that file alone; of several runs, the report of
 their comparison.
 
-Everything a report shows as files: figures as PNG and SVG, tables and the numbers behind figures as CSV
-with units in their headers.
-
-It works on any document (`identify.reports.kit.document`), so a new kind of report has it for nothing.
+On demand also everything a report shows as files: figures as PNG and SVG, tables and the numbers behind
+figures as CSV with units in their headers; it works on any document, so a new kind of report has it for
+nothing.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Every value is a dataset with its unit as attribute `units`, nested classes are groups, `None` is left out;
 dimensions have scales, as netCDF wants them (`identify.results.labels` says which).  Attributes describe:
-the root's `layout`, and `checksum` over all values (`identify.results.file`).
+the root's `layout`, and `checksum` over all values.
 
 In layout 1, which is still read, numbers are attributes of their groups and nothing has units or scales.
 

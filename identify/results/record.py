@@ -1,7 +1,6 @@
 """A result made of what its file holds: every field of its class has the type that the class says, or the
-file is damaged.
-
-Names that users give, as names of groups in HDF5, without blanks: `day1/posture 1` is one, no path.
+file is damaged.  Names that users give are names of groups in HDF5, without blanks: `day1/posture 1` is
+one, no path.
 """
 
 from __future__ import annotations

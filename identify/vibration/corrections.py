@@ -13,7 +13,8 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
-from identify.core.errors import InputError, collect
+from identify.core.collect import collect
+from identify.core.errors import InputError
 from identify.core.thresholds import SIGMAS_95
 from identify.model.nuisances.inertia import CHANGES
 from identify.results.fit import FitResult, StatedUncertainty

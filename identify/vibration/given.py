@@ -11,7 +11,8 @@ from functools import partial
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.errors import InputError, InputErrors, collect
+from identify.core.collect import collect
+from identify.core.errors import InputError, InputErrors
 from identify.measured.channel import Channel, motors_of
 from identify.measured.correction import turned
 from identify.measured.frf_set import FrfSet

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.errors import InputError, collect
+from identify.core.collect import collect
+from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet

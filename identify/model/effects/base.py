@@ -1,7 +1,5 @@
-"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry of
-all kinds.
-
-What an effect of a third party gives to the model is looked at: else a wrong matrix would be fitted.
+"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry
+of all kinds.  What an effect of a third party gives is looked at: else a wrong matrix would be fitted.
 """
 
 from __future__ import annotations

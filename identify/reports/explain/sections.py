@@ -1,8 +1,4 @@
-"""The report of an explained motion: a section per kind of history, and what the records cannot say.
-
-Printed figures of an explained motion: measured and explained history, what is left before and after,
-shares, gaps.
-"""
+"""The report of an explained motion: a section per kind of history, and what the records cannot say."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
-"""The PDF of a report: the blocks that `report.typ` sets, figures, and all tables.
+"""The PDF of a report: the blocks that `report.typ` sets, figures, and all tables; set by Typst in the
+fonts of figures and no others, so that it looks the same everywhere.
 
-It also keeps its figures, its tables with all their rows, and the numbers behind the figures, for `export`.
-
-Pages and pictures set by Typst, in the fonts of figures and no others: they look the same everywhere.
+It also keeps its figures, its tables with all their rows, and the numbers behind the figures, for export.
 """
 
 from __future__ import annotations

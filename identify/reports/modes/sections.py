@@ -1,6 +1,4 @@
-"""The report of a modal analysis: modes and shapes, stabilisation, rebuilt FRFs, rejected candidates.
-
-The stabilisation diagram of the PDF."""
+"""The report of a modal analysis: modes and shapes, stabilisation, rebuilt FRFs, rejected candidates."""
 
 from __future__ import annotations
 

@@ -1,7 +1,5 @@
-"""The report of a motion: the records, their histories, circular tests, errors and fitted parameters.
-
-The circular test drawn as Kobe's Fig. 16: radial errors enlarged about the mean circle, recorded and
-simulated.
+"""The report of a motion: the records, their histories, circular tests (drawn as Kobe's Fig. 16: radial
+errors enlarged about the mean circle, recorded and simulated), errors and fitted parameters.
 """
 
 from __future__ import annotations

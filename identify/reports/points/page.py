@@ -1,10 +1,6 @@
-"""One HTML file that loads nothing: the robot with its meshes, the nodes of a test and where they are.
-
-The page of points of a planned test: its sensors and impacts on the robot.
-
-The files of nodes on a robot: their points, for a study, and the page.
-
-What the terminal says of nodes on a robot.
+"""Nodes on a robot: one HTML file that loads nothing (the robot with its meshes, the nodes of a test and
+where they are), the points for a study, what the terminal says of them, and the same page of a planned
+test.
 """
 
 from __future__ import annotations

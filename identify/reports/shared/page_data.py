@@ -1,10 +1,8 @@
 """What the scripts of a page draw from: robot, shapes, FRFs and MAC of a measurement.
 
-Curves packed small for a page: whole steps, differences along the curve, bytes by weight, deflated,
-base64.
-
-A plot shows about three digits, so a curve is rounded to a step; smooth curves then have differences of a few
-steps, and the high bytes, being all zero, cost nothing.  `page.js` has the way back (`unpack`).
+Curves are packed small: whole steps, differences along the curve, bytes by weight, deflated, base64.  A
+plot shows about three digits, so a curve is rounded to a step; smooth curves then have differences of a
+few steps, and the high bytes, being all zero, cost nothing.  `page.js` has the way back (`unpack`).
 """
 
 from __future__ import annotations

@@ -1,11 +1,10 @@
-"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form for a
-first stage.
+"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form
+for a first stage.
 
-The likelihood of FRFs compared in the model's coordinates, which are fewer than the sensors.
-
-With outputs S (outputs, n) and noise W^-1, residuals W (S y - h) of motions y of n coordinates have the same
-squares and derivatives as Q' W (S y - h) = R y - Q' W h, beside what no motion can change, where W S = Q R
-line by line and input by input.
+Where the model's coordinates are fewer than the sensors, FRFs are compared in coordinates: with outputs S
+(outputs, n) and noise W^-1, residuals W (S y - h) of motions y have the same squares and derivatives as Q'
+W (S y - h) = R y - Q' W h, beside what no motion can change, where W S = Q R line by line and input by
+input.
 """
 
 from __future__ import annotations

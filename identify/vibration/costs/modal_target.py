@@ -1,6 +1,4 @@
-"""Measured modes side by side with the model that has them: what a cost is given.
-
-All data that a cost compares."""
+"""Measured modes side by side with the model that has them, and all data that a cost compares."""
 
 from __future__ import annotations
 

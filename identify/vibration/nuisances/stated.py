@@ -1,7 +1,5 @@
 """What a fit says of nuisance parameters: how far each is off, what stands out, which statement was too
 small, and how much of the uncertainty of each parameter they make.
-
-Nuisance parameters, in words.
 """
 
 from __future__ import annotations

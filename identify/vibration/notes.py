@@ -1,12 +1,10 @@
-"""Channels that agree with the fitted model once their sign is reversed or two of them are exchanged.
+"""What a fit says beside its numbers: channels that agree with the model once their sign is reversed or two
+are exchanged, in which direction coupled springs are most compliant, records that seem to begin before the
+impact; and what results that rest on a fit say of it.
 
 A wrong sign off the drive point breaks no law of physics, so only a model can see it.  With outputs H_i
 measured and h_k predicted, each over its own noise, all sums |H_i - s h_k|^2 over lines and inputs follow
 from two products of matrices.
-
-The direction in which a coupled pair of springs is most compliant, with its 95 % interval.
-
-Whether the records behind FRFs seem to begin before the impact, which a study has to say for a fit.
 """
 
 from __future__ import annotations
@@ -19,11 +17,12 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.text import listed
-from identify.core.thresholds import MATERIAL, SIGMAS_95
+from identify.core.thresholds import MATERIAL, MISSING, SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
 from identify.measured.channel import Channel
 from identify.model.effects.coupling import coupled_with
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
+from identify.results.fit import FitResult
 from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
@@ -163,3 +162,18 @@ def record_notes(targets: Targets, values: Array) -> list[str]:
 
 def _sooner(target: FrfTarget, early: float) -> FrfTarget:
     return target if target.record is None else replace(target, record=target.record - early)
+
+
+def of_fit(fit: FitResult) -> list[str]:
+    """The fit's own notes."""
+    return [f"of the fit: {note}" for note in fit.notes]
+
+
+def of_gap(gap: float, consequence: str) -> list[str]:
+    """A note where the fit's gap says that something is missing, and what follows; empty otherwise."""
+    if gap <= MISSING:
+        return []
+    return [
+        f"the fit's gap is {gap:.3g}: something is missing from the model, {consequence}; see"
+        " `identify discover`"
+    ]
