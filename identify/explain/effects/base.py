@@ -84,6 +84,8 @@ class MotionEffect(ABC):
 
     axis: int
     kind: ClassVar[str]
+    says: ClassVar[str]
+    """What an instance is, as an engineer would say it, with its fields: `friction of joint {axis}`."""
     target: ClassVar[Target]
     coefficients: ClassVar[tuple[Coefficient, ...]]
     nonlinear: ClassVar[tuple[NonlinearParameter, ...]] = ()
@@ -121,9 +123,9 @@ class MotionEffect(ABC):
         """Name of the effect whose place this one takes; empty: none."""
         return f"joint{self.axis}.{self.replaces}" if self.replaces else ""
 
-    @abstractmethod
     def sentence(self) -> str:
         """What this instance is, as an engineer would say it."""
+        return self.says.format(**vars(self))
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:

@@ -36,6 +36,7 @@ class MotorCoupling(MotionEffect):
     other: int = 0
     stated: float = 0.0
     kind: ClassVar[str] = "motor-coupling"
+    says: ClassVar[str] = "motor {axis} also turns with joint {other}: friction and inertia of their sum"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     replaces: ClassVar[str] = "coulomb-friction"
@@ -61,10 +62,6 @@ class MotorCoupling(MotionEffect):
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """Friction and inertia of its own joint alone."""
         return ((CoulombFriction(self.axis), ViscousFriction(self.axis), RotorInertia(self.axis)),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"motor {self.axis} also turns with joint {self.other}: friction and inertia of their sum"
 
     def possible(self, values: Array) -> bool:
         """Friction and inertia of a motor that really turns with the other joint."""
@@ -96,6 +93,7 @@ class GearCoupling(MotionEffect):
 
     other: int = 0
     kind: ClassVar[str] = "gear-coupling"
+    says: ClassVar[str] = "gear coupling: motor {axis} carries a share of the torque of joint {other}"
     of_load: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("share", "1"),)
@@ -111,10 +109,6 @@ class GearCoupling(MotionEffect):
         """`joint4.gear-coupling.joint5`."""
         return f"{super().name}.joint{self.other}"
 
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"gear coupling: motor {self.axis} carries a share of the torque of joint {self.other}"
-
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Load of the other joint at this motor."""
         return scene.on(self.axis, scene.load[:, self.other - 1] / scene.gear_ratio[self.axis - 1])
@@ -126,6 +120,7 @@ class RotorInertia(MotionEffect):
 
     stated: float = 0.0
     kind: ClassVar[str] = "rotor-inertia"
+    says: ClassVar[str] = "inertia of the rotor of joint {axis} beyond what is known"
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("inertia", "kg m^2"),)
 
@@ -137,10 +132,6 @@ class RotorInertia(MotionEffect):
     def possible(self, values: Array) -> bool:
         """A rotor that has an inertia, all in all."""
         return bool(self.stated + values[0] > 0)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"inertia of the rotor of joint {self.axis} beyond what is known"
 
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """A wrong inertia of the link that the joint moves, which asks for a torque with its acceleration

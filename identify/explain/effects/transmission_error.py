@@ -31,6 +31,7 @@ class AngularTransmissionError(MotionEffect):
 
     number: int = 1
     kind: ClassVar[str] = "angular-transmission-error"
+    says: ClassVar[str] = "angular transmission error of the gear of joint {axis}"
     target: ClassVar[Target] = "deflection"
     harmonic: ClassVar[bool] = True
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
@@ -47,10 +48,6 @@ class AngularTransmissionError(MotionEffect):
     def name(self) -> str:
         """`joint3.angular-transmission-error.1`."""
         return f"{super().name}.{self.number}"
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"angular transmission error of the gear of joint {self.axis}"
 
     @property
     def needs(self) -> str:
@@ -92,12 +89,9 @@ class EncoderEccentricity(MotionEffect):
     """The first harmonic of the joint; the offset of the encoders takes its mean."""
 
     kind: ClassVar[str] = "encoder-eccentricity"
+    says: ClassVar[str] = "eccentric link-side encoder of joint {axis} (one wave per turn)"
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"eccentric link-side encoder of joint {self.axis} (one wave per turn)"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""
