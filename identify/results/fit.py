@@ -48,7 +48,7 @@ class Noun(NamedTuple):
 FRF = Noun("FRF", "FRFs")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FrfComparison:
     """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std
     of real or imaginary part); per pair the errors.
@@ -64,12 +64,12 @@ class FrfComparison:
     output: Annotated[Texts, "pair"]
     input: Annotated[Texts, "pair"]
     measured: Annotated[Complex, "frequency_hz pair", "$unit"]
-    initial: Annotated[Complex | None, "frequency_hz pair", "$unit"]
+    initial: Annotated[Complex | None, "frequency_hz pair", "$unit"] = None
     fitted: Annotated[Complex, "frequency_hz pair", "$unit"]
-    band_95: Annotated[Array | None, "frequency_hz pair", "$unit"]
-    noise: Annotated[Array | None, "frequency_hz pair", "$unit"]
-    coherence: Annotated[Array | None, "frequency_hz pair"]
-    gap: Annotated[Array | None, "pair"]
+    band_95: Annotated[Array | None, "frequency_hz pair", "$unit"] = None
+    noise: Annotated[Array | None, "frequency_hz pair", "$unit"] = None
+    coherence: Annotated[Array | None, "frequency_hz pair"] = None
+    gap: Annotated[Array | None, "pair"] = None
     relative_error: Annotated[Array, "pair"]
     frac: Annotated[Array, "pair"]
     area_error: Annotated[Array, "pair"]
