@@ -400,7 +400,7 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
 
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
-    from identify.measured.registration.run import Asked
+    from identify.measured.registration.place import Asked
     from identify.measured.registration.settings import RegistrationSettings
     from identify.reports.points.page import write_points
     from identify.robot.chain import Choice

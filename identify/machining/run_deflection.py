@@ -24,7 +24,6 @@ from identify.core.thresholds import PERCENTILES_95, SIGMAS_95
 from identify.fitting.resume import held
 from identify.machining.force import mean_force, parse_force, path_text, read_path
 from identify.machining.mounted import mounted
-from identify.machining.place import posture_of
 from identify.machining.sentences import of_model
 from identify.machining.tool import Tool, read_tool
 from identify.model.frf import frf
@@ -36,7 +35,7 @@ from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
-from identify.vibration.fitted_model import FittedModel, fitted_model, tool_point
+from identify.vibration.fitted_model import FittedModel, fitted_model, posture_of, tool_point
 from identify.vibration.misfit import misfit
 from identify.vibration.notes import of_fit, of_gap
 

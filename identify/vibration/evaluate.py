@@ -33,8 +33,7 @@ from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.file_geometry import geometry_notes
-from identify.vibration.intervals import intervals
-from identify.vibration.link_ends import with_link_ends
+from identify.vibration.intervals import intervals, with_link_ends
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.notes import fault_notes, record_notes, soft_directions
 from identify.vibration.nuisances.stated import stated_uncertainty

@@ -23,8 +23,8 @@ from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import dead, noise_alone, without
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
-from identify.model.impact import Impact
 from identify.model.nuisances.basis import Basis
+from identify.model.transient import Impact
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point

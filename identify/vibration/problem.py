@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.silent import noise_alone
 from identify.model.effects.base import Effect
-from identify.model.effects.form import Form
+from identify.model.effects.place import Form
 from identify.model.effects.pre_trigger import PRE_TRIGGER
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System

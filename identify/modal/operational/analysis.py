@@ -16,8 +16,7 @@ from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
 from identify.measured.time_history import TimeHistory
 from identify.modal.analysis import check_by_hand
-from identify.modal.cmif import cmif
-from identify.modal.layout import Layout
+from identify.modal.layout import Layout, cmif
 from identify.modal.lsfd import synthesise
 from identify.modal.operational.jackknife import Scatter, jackknife
 from identify.modal.operational.records import Records, records_of

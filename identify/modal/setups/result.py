@@ -12,8 +12,7 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import ModalAnalysis, synthesis_error
-from identify.modal.cmif import cmif
-from identify.modal.layout import Layout
+from identify.modal.layout import Layout, cmif
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why, because

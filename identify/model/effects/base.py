@@ -20,9 +20,8 @@ from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.core.plugin import PluginError, name_of, package_of
 from identify.core.registry import Registry, parse_kind
-from identify.model.effects.form import Form
 from identify.model.effects.initial_values import Quantity, start_grid
-from identify.model.effects.place import Beside, Place, Release
+from identify.model.effects.place import Beside, Form, Place, Release
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot

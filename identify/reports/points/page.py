@@ -21,9 +21,8 @@ from identify.core.errors import InputError
 from identify.core.text import count, listed
 from identify.measured.channel import Channel
 from identify.measured.registration.chain import chain
-from identify.measured.registration.place import Placing, summary, unplaced
+from identify.measured.registration.place import Asked, Placing, place_points, summary, unplaced
 from identify.measured.registration.register import Node
-from identify.measured.registration.run import Asked, place_points
 from identify.reports.kit.page import ASSETS, asset, json_inside
 from identify.reports.shown import working
 from identify.results.plan import PlanResult

@@ -18,7 +18,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.fitting.fit import fit
 from identify.model.effects.base import EFFECTS, parse_effect
-from identify.model.impact import Impact
+from identify.model.transient import Impact
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
