@@ -1,8 +1,8 @@
 """Which side of an FRF matrix the references are, and the array the estimators work on, `[line, response,
 reference]`.
 
-The complex mode indicator function of that array: singular values of the FRF matrix at every line (Shih, Tsuei, Allemang and
-Brown, MSSP 2 (1988)).
+The complex mode indicator function of that array: singular values of the FRF matrix at every line (Shih,
+Tsuei, Allemang and Brown, MSSP 2 (1988)).
 """
 
 from __future__ import annotations
