@@ -3,8 +3,9 @@
 What tells instead: a mode that wanders off when refined, explains less than its share of the response around
 it, or has no shape, is none.
 
-They are refined by least squares on the FRFs, lines weighted by what is left.  Shapes and residuals are eliminated (`identify.core.separable`, with Kaufman's Jacobian); every line of every
-reference has its own weight, so that a small mode is not ruled by what the model misses at a large one.
+They are refined by least squares on the FRFs, lines weighted by what is left.  Shapes and residuals are
+eliminated (`identify.core.separable`, with Kaufman's Jacobian); every line of every reference has its own
+weight, so that a small mode is not ruled by what the model misses at a large one.
 """
 
 from __future__ import annotations
