@@ -20,13 +20,13 @@ from identify.core.atomic import ELSEWHERE, write_text
 from identify.core.errors import InputError
 from identify.core.text import count, listed
 from identify.measured.channel import Channel
-from identify.measured.registration.chain import chain
 from identify.measured.registration.place import Asked, Placing, place_points, summary, unplaced
 from identify.measured.registration.register import Node
 from identify.reports.kit.page import ASSETS, asset, json_inside
 from identify.reports.shown import working
 from identify.results.plan import PlanResult
 from identify.robot.description import Robot
+from identify.robot.kinematics import chain
 from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
 from identify.robot.points import Point, new_points_text
 from identify.robot.pose import inverse, pose
