@@ -1,5 +1,5 @@
 """Short names for arrays in signatures, whose shapes and units are said where a function is defined; and the
-complex logarithm, the vector product and products of real with complex matrices.
+complex logarithm, vector products and products of real with complex matrices.
 """
 
 from __future__ import annotations
@@ -26,6 +26,11 @@ def cross(one: Array, other: Array) -> Array:
     a, b, c = one[..., 0], one[..., 1], one[..., 2]
     x, y, z = other[..., 0], other[..., 1], other[..., 2]
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
+
+
+def cross_matrix(vector: Array) -> Array:
+    """(..., 3, 3) of vectors (..., 3): `cross_matrix(a) @ b` is a x b."""
+    return np.asarray(np.cross(vector[..., None, :], np.eye(3), axisb=-1).swapaxes(-1, -2))
 
 
 def real_product(factor: Array, values: Complex) -> Complex:

@@ -4,9 +4,7 @@ workers of a batch; and the CSV of its result.
 
 from __future__ import annotations
 
-import csv
 import hashlib
-import io
 import itertools
 import shutil
 import time
@@ -26,6 +24,7 @@ from identify.batch.loop import Watch, run_jobs
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text_input import csv_text
 from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.map.asked import Asked, MapOptions, asked_of
@@ -247,8 +246,6 @@ def table_of(
 ) -> str:
     """The CSV of a map: a line per posture with units in the header; FRFs are in the HDF5 file alone."""
     (heads, of_limit), (more, moved) = _limit_columns(rows, limit), _corrected_columns(rows, correction)
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
     angles = [f"joint{joint}_deg" for joint in range(1, rows.posture_deg.shape[1] + 1)]
     modes = [
         f"mode{mode}_{what}"
@@ -256,9 +253,7 @@ def table_of(
         for what in ("hz", "hz_low", "hz_high", "damping", "damping_low", "damping_high")
     ]
     static, peak = ([f"{what}_{axis}_m_per_n" for axis in "xyz"] for what in ("static", "peak"))
-    writer.writerow(
-        ["name", *angles, "tool_x_m", "tool_y_m", "tool_z_m", *modes, *static, *peak, *heads, *more]
-    )
+    header = ["name", *angles, "tool_x_m", "tool_y_m", "tool_z_m", *modes, *static, *peak, *heads, *more]
     mode_columns = (
         rows.frequency_hz,
         rows.frequency_low_95,
@@ -269,13 +264,12 @@ def table_of(
     )
     of_modes = np.stack(mode_columns, axis=2).reshape(len(rows.name), -1)
     diagonal = rows.compliance_m_per_n[:, range(3), range(3)]
-    for name, numbers in zip(
-        rows.name,
-        np.hstack([rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n, of_limit, moved]),
-        strict=True,
-    ):
-        writer.writerow([name, *("" if np.isnan(value) else f"{value:.9g}" for value in numbers)])
-    return stream.getvalue()
+    columns = (rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n, of_limit, moved)
+    lines = (
+        [name, *("" if np.isnan(value) else f"{value:.9g}" for value in numbers)]
+        for name, numbers in zip(rows.name, np.hstack(columns), strict=True)
+    )
+    return csv_text([header, *lines])
 
 
 def _limit_columns(rows: PostureRows, limit: LimitRows | None) -> tuple[list[str], Array]:

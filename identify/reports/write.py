@@ -8,7 +8,6 @@ nothing.
 
 from __future__ import annotations
 
-import csv
 import io
 import re
 from collections.abc import Iterable, Iterator, Sequence
@@ -19,6 +18,7 @@ import numpy as np
 
 from identify.core.atomic import write_atomically
 from identify.core.interruption import check
+from identify.core.text_input import csv_text
 from identify.reports.kinds import read_any, report_of
 from identify.reports.kit import figures
 from identify.reports.kit.cells import Curves, Number, Table
@@ -113,13 +113,12 @@ def _csv(data: Table | Curves) -> bytes:
     """One header line with units; numbers of a table as they are in the result, nine digits of a curve; notes
     as comments above.
     """
+    if isinstance(data, Table):
+        return csv_text(_table(data)).encode()
     stream = io.StringIO()
-    if isinstance(data, Curves):
-        stream.writelines(f"# {line}\n" for line in data.note.splitlines())
-        csv.writer(stream, lineterminator="\n").writerow(column.head for column in data.columns)
-        np.savetxt(stream, data.values, delimiter=",", fmt=f"%{_DIGITS}")
-    else:
-        csv.writer(stream, lineterminator="\n").writerows(_table(data))
+    stream.writelines(f"# {line}\n" for line in data.note.splitlines())
+    stream.write(csv_text([[column.head for column in data.columns]]))
+    np.savetxt(stream, data.values, delimiter=",", fmt=f"%{_DIGITS}")
     return stream.getvalue().encode()
 
 

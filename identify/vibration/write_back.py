@@ -9,8 +9,6 @@ A second file says what the fit left uncertain of them.
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -24,6 +22,7 @@ from identify.core.arrays import Array
 from identify.core.collect import collect
 from identify.core.errors import InputError
 from identify.core.text import listed
+from identify.core.text_input import csv_text
 from identify.core.thresholds import SIGMAS_95
 from identify.core.yaml_input import in_one_line, yaml_text
 from identify.fitting.uncertainty import BOUNDS
@@ -155,11 +154,9 @@ class WriteBack:
         return yaml_text(data)
 
     def _table(self, found: Corrections) -> str:
-        stream = io.StringIO()
-        table, home = csv.writer(stream, lineterminator="\n"), self._homes()
-        table.writerow([*COLUMNS, "written_to"])
-        table.writerows([*row, home.get(row[0], "")] for row in found.rows())
-        return stream.getvalue()
+        home = self._homes()
+        rows = ([*row, home.get(row[0], "")] for row in found.rows())
+        return csv_text([[*COLUMNS, "written_to"], *rows])
 
     def _homes(self) -> dict[str, str]:
         """The file that errors of a kind are corrected in, of those that have one."""

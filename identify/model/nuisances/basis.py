@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, cross_matrix
 from identify.model.effects.rigid_body import rigid_body
 from identify.model.nuisances.inertia import moments
 from identify.robot.description import Link, Robot
@@ -179,11 +179,6 @@ def reduced(basis: Basis, shapes: Array) -> Basis:
         Geometry(both(one.mass), both(one.stiffness), one.motion @ shapes) for one in basis.geometry
     )
     return Basis(basis.links, both(basis.mass), both(basis.weight), geometry)
-
-
-def cross_matrix(vector: Array) -> Array:
-    """(..., 3, 3) of vectors (..., 3): `cross_matrix(a) @ b` is a x b."""
-    return np.asarray(np.cross(vector[..., None, :], np.eye(3), axisb=-1).swapaxes(-1, -2))
 
 
 def turn_slope(turn: Array) -> tuple[Array, Array]:
