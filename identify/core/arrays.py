@@ -1,5 +1,5 @@
 """Short names for arrays in signatures, whose shapes and units are said where a function is defined; and the
-complex logarithm, vector products and products of real with complex matrices.
+complex logarithm, vector products, and real products of complex matrices.
 """
 
 from __future__ import annotations
@@ -44,6 +44,12 @@ def product_by_real(values: Complex, factor: Array) -> Complex:
     rows = values.shape[-2]
     stacked = np.concatenate([values.real, values.imag], axis=-2) @ factor
     return np.asarray(stacked[..., :rows, :] + 1j * stacked[..., rows:, :])
+
+
+def gram(one: Complex, other: Complex) -> Array:
+    """Re sum conj(one) other' over all but the last axes, (p, q), of arrays (..., p) and (..., q)."""
+    a, b = (values.reshape(-1, values.shape[-1]) for values in (one, other))
+    return np.asarray(a.real.T @ b.real + a.imag.T @ b.imag)
 
 
 def inverse_where_any(matrix: Array) -> Array:

@@ -35,6 +35,7 @@ from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
 from identify.results.provenance import provenance, sha256
 from identify.robot.points import Point
+from identify.robot.reach import placed
 from identify.vibration.fitted_model import FittedModel, fitted_model, posture_of, tool_point
 from identify.vibration.misfit import misfit
 from identify.vibration.notes import of_fit, of_gap
@@ -226,24 +227,18 @@ def _row(on: Loaded, posture: Array, force: Array) -> dict[str, Array]:
         "compliance_high_95": most[::-1],
         "directions": directions.T[::-1],
         "target_m": tip - moved,
-        "target_deg": np.rad2deg(posture + _turned(on, system, -moved)),
+        "target_deg": np.rad2deg(posture + _turned(on, posture, -moved)),
     }
 
 
-def _turned(on: Loaded, system: System, shift: Array) -> Array:
+def _turned(on: Loaded, posture: Array, shift: Array) -> Array:
     """(joints,), rad: what turns the rigid robot so that its tip moves by a shift (3,), m, in the base's
     axes, its direction kept where there are six joints or more; the least turn where several do.
     """
-    site, point = system.site, on.point
-    columns = [site.coordinates.index(f"joint{n}.rz") for n in range(1, len(on.model.robot.joints) + 1)]
-    motion = site.jacobian(point.link, point.position, "points")[:, columns]
-    axes = site.engine.axes(point.link)
-    if len(columns) < 6:
-        return np.asarray(np.linalg.lstsq(axes @ motion[:3], shift, rcond=1e-6)[0])
+    *_, motion = placed(on.model.robot, posture, on.point.link, on.point.position)
+    kept = slice(6 if len(posture) >= 6 else 3)
     wanted = np.concatenate([shift, np.zeros(3)])
-    return np.asarray(
-        np.linalg.lstsq(np.vstack([axes @ motion[:3], axes @ motion[3:]]), wanted, rcond=1e-6)[0]
-    )
+    return np.asarray(np.linalg.lstsq(motion[kept], wanted[kept], rcond=1e-6)[0])
 
 
 def dynamic_deflection(on: Loaded, posture: Array, force: Array) -> DynamicDeflection:

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, gram
 from identify.core.interruption import check
 from identify.measured.channel import Channel
 from identify.model.nuisances.basis import Basis, basis
@@ -117,7 +117,7 @@ def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int
     test, of which those given are all, or some that stand for them and are then taken as independent.
     """
     j, alone, of_force = noise.scaled(h, g)
-    product = _product(j, j)
+    product = gram(j, j)
     shared = np.asarray(of_force.sum(axis=1))
     alike = np.eye(len(h), dtype=complex)
     if count == len(h) and noise.decay_per_s > 0:
@@ -126,15 +126,9 @@ def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int
     spread = np.zeros_like(product)
     for part in (alone, shared):
         flat = part.reshape(len(h), -1)
-        spread += _product(part, (alike @ flat).reshape(part.shape))
+        spread += gram(part, (alike @ flat).reshape(part.shape))
     weight = count / len(h)
     return weight * product, weight * spread
-
-
-def _product(a: Complex, b: Complex) -> Array:
-    """Re sum conj(a) b' over all but the last axis, (u, u)."""
-    flat_a, flat_b = (one.reshape(-1, one.shape[-1]) for one in (a, b))
-    return np.asarray(flat_a.real.T @ flat_b.real + flat_a.imag.T @ flat_b.imag)
 
 
 def nuisances_of(known: Known, planned: Sequence[Tested]) -> Nuisances:
