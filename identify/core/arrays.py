@@ -49,7 +49,7 @@ def product_by_real(values: Complex, factor: Array) -> Complex:
 def gram(one: Complex, other: Complex) -> Array:
     """Re sum conj(one) other' over all but the last axes, (p, q), of arrays (..., p) and (..., q)."""
     a, b = (values.reshape(-1, values.shape[-1]) for values in (one, other))
-    return np.asarray(a.real.T @ b.real + a.imag.T @ b.imag)
+    return np.asarray((np.conj(a).T @ b).real)
 
 
 def inverse_where_any(matrix: Array) -> Array:
