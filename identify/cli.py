@@ -358,7 +358,7 @@ def points(
     same when it is read.
     """
     from identify.api import commands as api
-    from identify.reports.points.said import sentences
+    from identify.reports.points.page import sentences
 
     placing, written = api.run_points(robot, data or [], options)
     if not options.quiet:

@@ -15,7 +15,7 @@ from identify.fitting.optimizers.base import Search, parse_optimizer
 from identify.fitting.uncertainty import inseparable
 from identify.measured.modal_table import ModalTable
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.targets import Targets
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.evaluate import _open
 from identify.vibration.uncertainty import gap, score_variance, uncertainty
 from tests.arms import initial

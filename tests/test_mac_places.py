@@ -16,7 +16,7 @@ from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.modal_table import ModalTable
 from identify.measured.uff.shapes import write_shapes
-from identify.modal.rigid import contained, rigid_part
+from identify.modal.turned import contained, rigid_part
 from identify.modes.compare_shapes import compare_modes
 
 X, Y = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 0.8, 5), np.linspace(0, 0.6, 4)))

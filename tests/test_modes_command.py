@@ -34,7 +34,7 @@ from identify.modes.run import run_modes
 from identify.modes.said import file_options
 from identify.reports.kit.cells import Table
 from identify.reports.modes import tables as modes_tables
-from identify.reports.modes.figure import stabilisation
+from identify.reports.modes.sections import stabilisation
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.results.modes import ModesResult

@@ -25,6 +25,7 @@ from identify.api.options import (
     StabilityOptions,
     columns_of,
     given,
+    of_same_names,
 )
 from identify.api.robot_options import Inertias, InitOptions, PointsOptions, pairs_of, words_of
 from identify.core.analyses import analysis_for, check_options, load
@@ -315,23 +316,13 @@ def run_map(model: Path, options: MapCommandOptions, quiet: bool = True) -> Resu
     from identify.map.run import run_map as mapped
     from identify.reports.progress import batch_bar
 
-    grids = tuple(parse_grid(text) for text in options.grid or ())
-    wanted = MapOptions(
-        options.postures,
-        grids,
-        options.tool,
-        options.band,
-        options.lines,
-        options.modes,
-        options.limit,
-        options.cutter,
-        tuple(options.rpm or ()),
-        options.feeds,
-        options.force,
-        options.workpiece,
-        options.turns,
-        options.spindle,
-        tuple(map(Path, options.like or ())),
+    wanted = of_same_names(
+        MapOptions,
+        options,
+        grid=tuple(parse_grid(text) for text in options.grid or ()),
+        band_hz=options.band,
+        rpm=tuple(options.rpm or ()),
+        like=tuple(map(Path, options.like or ())),
     )
     with batch_bar(quiet) as progress:
         result, written = mapped(
@@ -371,8 +362,8 @@ def run_deflection(model: Path, options: DeflectionOptions, quiet: bool = True) 
     from identify.machining.run_deflection import run_deflection as deflected
     from identify.reports.shown import working
 
-    cut = options.tool, options.depth, options.feed_per_tooth
-    load = Load(options.force, options.path, *cut, options.node, options.posture)
+    cut = {"depth_mm": options.depth, "feed_per_tooth_mm": options.feed_per_tooth}
+    load = of_same_names(Load, options, **cut)
     with working(quiet, "finding deflections"):
         result, written = deflected(model, load, options.out, draws=options.draws)
     return Result(result, tuple(written))
@@ -393,25 +384,11 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
     from identify.planning.known import places_of
     from identify.planning.run import PlanOptions
     from identify.planning.run import run_plan as planned
-    from identify.reports.points.planned import planned_page
+    from identify.reports.points.page import planned_page
     from identify.reports.shown import working
 
-    wanted = PlanOptions(
-        postures=options.postures,
-        impacts=options.impacts,
-        sensors=options.sensors,
-        among=options.among,
-        table=options.table,
-        target=tuple(options.target or ()),
-        anew=options.anew,
-        noise=options.noise,
-        resolution=options.resolution,
-        seed=options.seed,
-        cutter=options.cutter,
-        at_deg=angles_of(options.at),
-        rival=options.rival,
-        force_noise=options.force_noise,
-    )
+    target = tuple(options.target or ())
+    wanted = of_same_names(PlanOptions, options, target=target, at_deg=angles_of(options.at))
     with working(quiet, "choosing the next test"):
         result, written = planned(model, wanted, options.out)
         page = written[0].with_name(f"{written[0].stem}_points.html")
@@ -423,9 +400,9 @@ def run_plan(model: Path, options: PlanCommandOptions, quiet: bool = True) -> Re
 
 def run_points(robot: Path, data: Sequence[Path], options: PointsOptions) -> tuple[Placing, list[Path]]:
     """What `identify points` does, and the files that it wrote."""
-    from identify.measured.registration.run import Asked
+    from identify.measured.registration.place import Asked
     from identify.measured.registration.settings import RegistrationSettings
-    from identify.reports.points.write import write_points
+    from identify.reports.points.page import write_points
     from identify.robot.chain import Choice
 
     registration = RegistrationSettings(

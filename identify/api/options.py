@@ -9,10 +9,14 @@ import inspect
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Wanted = TypeVar("Wanted", bound="DataclassInstance")
 _NEEDED = inspect.Parameter.empty
 Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
@@ -338,6 +342,12 @@ def given(options: Any) -> dict[str, Any]:
         for name, value in values.items()
         if value != defaults[name] or type(value) is not type(defaults[name])
     }
+
+
+def of_same_names(kind: type[Wanted], options: Any, **own: Any) -> Wanted:
+    """What an analysis is asked for, whose fields are options of the same names, but for its own."""
+    common = {field.name for field in dataclasses.fields(options)} & set(kind.__dataclass_fields__)
+    return kind(**{name: getattr(options, name) for name in common} | own)
 
 
 def takes_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ruamel.yaml import YAML
-
 from identify.core.config import read_yaml, validated
+from identify.core.yaml_input import yaml_text
 from identify.results.fit import FitResult
 from identify.vibration.run import finished_before, fit_study
 from identify.vibration.study import Study, StudyFile, read_study
@@ -41,9 +39,7 @@ def derived(study: Path, name: str, measurements: Sequence[dict[str, Any]] | Non
     if not isinstance(data, dict):
         return read_study(study)  # says what is wrong with it
     data["name"], data["measurements"] = name, list(measurements)
-    stream = io.StringIO()
-    YAML(typ="rt").dump(data, stream)
-    text = stream.getvalue()
+    text = yaml_text(data)
     settings = validated(
         Path(name), dict(data), Study
     )  # without lines: those of the base study would mislead

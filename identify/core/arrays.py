@@ -1,5 +1,5 @@
 """Short names for arrays in signatures, whose shapes and units are said where a function is defined; and the
-complex logarithm, the vector product and products of real with complex matrices.
+complex logarithm, vector products, and real products of complex matrices.
 """
 
 from __future__ import annotations
@@ -28,6 +28,11 @@ def cross(one: Array, other: Array) -> Array:
     return np.stack([b * z - c * y, c * x - a * z, a * y - b * x], axis=-1)
 
 
+def cross_matrix(vector: Array) -> Array:
+    """(..., 3, 3) of vectors (..., 3): `cross_matrix(a) @ b` is a x b."""
+    return np.asarray(np.cross(vector[..., None, :], np.eye(3), axisb=-1).swapaxes(-1, -2))
+
+
 def real_product(factor: Array, values: Complex) -> Complex:
     """factor (..., m, n) @ values (..., n, k) without making the real factor complex."""
     flat = np.ascontiguousarray(values, dtype=complex).view(float)
@@ -39,6 +44,12 @@ def product_by_real(values: Complex, factor: Array) -> Complex:
     rows = values.shape[-2]
     stacked = np.concatenate([values.real, values.imag], axis=-2) @ factor
     return np.asarray(stacked[..., :rows, :] + 1j * stacked[..., rows:, :])
+
+
+def gram(one: Complex, other: Complex) -> Array:
+    """Re sum conj(one) other' over all but the last axes, (p, q), of arrays (..., p) and (..., q)."""
+    a, b = (values.reshape(-1, values.shape[-1]) for values in (one, other))
+    return np.asarray((np.conj(a).T @ b).real)
 
 
 def inverse_where_any(matrix: Array) -> Array:

@@ -6,6 +6,7 @@ import csv
 import io
 import math
 import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from identify.core.errors import InputError
@@ -74,8 +75,13 @@ def read_csv(path: Path, expected: str, *, skip_space: bool = False) -> list[tup
 
 def joined(cells: list[str]) -> str:
     """Cells as a line of a CSV file with commas."""
+    return csv_text([cells]).removesuffix("\n")
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Rows as the text of a CSV file with commas."""
     stream = io.StringIO()
-    csv.writer(stream, lineterminator="").writerow(cells)
+    csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
 
 

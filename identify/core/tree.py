@@ -36,6 +36,11 @@ class Group:
     members: dict[str, Group | Value] = field(default_factory=dict)
     attributes: dict[str, Value] = field(default_factory=dict)
 
+    def value(self, name: str) -> Value | None:
+        """The member of that name, or None where there is none or it is a group."""
+        found = self.members.get(name)
+        return None if isinstance(found, Group) else found
+
 
 def numbers(array: NDArray[Any]) -> NDArray[Any] | Unread:
     """An array of numbers in a type that every platform has."""

@@ -14,7 +14,7 @@ from identify.excite.limits import Limits, per_joint
 from identify.excite.series import PeriodicMotion
 from identify.excite.study import ExciteStudy
 from identify.joints.base_set import UNITS, BaseSet, all_columns, at_states, standard_values
-from identify.model.laws.transmission_error import harmonic, per_joint_turn
+from identify.model.laws.gear import harmonic, per_joint_turn
 from identify.robot.description import Robot
 
 _STATES = 60

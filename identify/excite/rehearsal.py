@@ -20,7 +20,7 @@ from identify.joints.arm_motion import weighted_least_squares
 from identify.joints.intervals import in_time
 from identify.measured.conditioning import condition
 from identify.measured.records import MotionRecord
-from identify.model.laws.transmission_error import per_joint_turn
+from identify.model.laws.gear import per_joint_turn
 from identify.robot.description import Robot
 from identify.robot.inverse_dynamics import RigidArm
 

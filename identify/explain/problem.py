@@ -14,11 +14,11 @@ import numpy as np
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
 from identify.explain.effects.base import Target
-from identify.explain.load_side import load_side
 from identify.explain.recorded_motion import (
     AS_STATED,
     RecordedMotion,
     StatedUncertainty,
+    load_side,
     of_drives,
     through_gears,
 )
@@ -173,7 +173,7 @@ def curved(problem: RegressionProblem, fit: Fit) -> RegressionProblem:
     """A deflection without the second order of the sensors' latencies T as the fit knows them, - a T^2 / 2.
 
     Acceleration goes with torque, so that it would look like stiffness.  Where links were read earlier by the
-    latency, that is done (`identify.explain.load_side`).
+    latency, that is done (`identify.explain.recorded_motion`).
     """
     if problem.scene.links is not None:
         return problem

@@ -15,7 +15,6 @@ from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.explain.body_errors import with_body_errors
-from identify.explain.candidates import candidates
 from identify.explain.effects.base import MotionEffect, Target
 from identify.explain.evaluate import evaluated
 from identify.explain.loop import Explanation, conclude, grow
@@ -34,6 +33,7 @@ from identify.explain.stages import (
     Problems,
     Recorded,
     Tools,
+    candidates,
     scenes_of,
     story_of,
     torque_effects,

@@ -1,4 +1,6 @@
-"""What the stages of an explanation share, and which side of the gears loads are made of."""
+"""What the stages of an explanation share: which side of the gears loads are made of, and which effects
+may be tried on a target.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.explain.candidates import candidates
-from identify.explain.effects.base import MotionEffect
+from identify.core.plugin import left_out_where_broken
+from identify.explain.effects.base import MOTION_EFFECTS, MotionEffect, Target
 from identify.explain.loop import grow
 from identify.explain.problem import Known, deflection_problem, scene_of, slow_part_of
 from identify.explain.recorded_motion import RecordedMotion
@@ -160,3 +162,21 @@ def was_recorded(motion: ConditionedMotion, target: str) -> bool:
 def story_of(story: Story, target: str) -> Story:
     """A story of one target."""
     return Story(lambda sentence: story.say(f"{target}: {sentence}"), story.done)
+
+
+def candidates(
+    target: Target, scene: RecordedMotion, kinds: Sequence[str] | None = None
+) -> list[MotionEffect]:
+    """One effect for each kind and place that fits the target; kinds: only those (default: all that are
+    registered).
+    """
+    found: list[MotionEffect] = []
+    chosen = (
+        MOTION_EFFECTS.usable()
+        if kinds is None
+        else {kind: MOTION_EFFECTS.get(kind, "effects") for kind in kinds}
+    )
+    for cls in chosen.values():
+        with left_out_where_broken():
+            found += cls.instances(scene) if cls.target == target else []
+    return found

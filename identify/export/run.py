@@ -16,11 +16,10 @@ from identify.core.threads import one_thread
 from identify.export.base import FORMATS, Exported, Format, Job
 from identify.export.linear import linear_model
 from identify.export.reduced import reduced
-from identify.machining.place import posture_of
 from identify.model.modes import complex_modes
 from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
-from identify.vibration.fitted_model import FittedModel, fitted_model
+from identify.vibration.fitted_model import FittedModel, fitted_model, posture_of
 
 _ALL = "all"
 

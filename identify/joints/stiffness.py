@@ -6,6 +6,9 @@ and the torque that its gear carries, given, or from the weight of the robot and
 link, as in Nagoya section 4.1.  Going up and going down the torque differs by the width: theta = theta_0 +
 g(tau - s w / 2), with g the inverse of Eq. 8, s = 1 while the torque rises and -1 while it falls.  Rows less
 than twice the width after a turn are between the branches and left out.  The error is in the angles.
+
+The torque that weight puts on joints at rest: of the robot at its link angles, and of disks hung at a
+place of a link.
 """
 
 from __future__ import annotations
@@ -18,15 +21,17 @@ import scipy
 from pydantic import Field, model_validator
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.joints.base import JointCurve
 from identify.joints.data import JointTestData
 from identify.joints.intervals import independent, symmetric, table
-from identify.joints.weights import StaticWeights
 from identify.measured.record_files import RecordFile
 from identify.measured.records import SignalSettings
 from identify.model.laws.gear import GearSpring
 from identify.results.joints import CurveResult, Panel, Series
+from identify.robot.description import Link
+from identify.robot.inverse_dynamics import RigidArm
 
 _PASSES = 4
 _LEAST = 5
@@ -203,3 +208,30 @@ def _panel(windup: Array, torque: Array, rising: Array, found: Array) -> Panel:
         for n, s in ways.items()
     }
     return Panel("Windup", "rad", "Torque", "N m", {**measured, **curves})
+
+
+class StaticWeights(Settings):
+    """Disks on a link, their mass a column of the file; the robot is that of the study, the posture its link
+    angles.
+    """
+
+    at: str = Field(description="name of the column with the mass of the disks, kg")
+    link: str = Field(description="link that carries them")
+    centre_m: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="where their centre is, in the link's frame"
+    )
+
+    def torque(self, file: RecordFile, bench: JointTestData, where: str) -> Array:
+        """(rows, joints), N m, that the drives hold; InputError where the study has no robot or the robot no
+        such link.
+        """
+        robot = bench.rigid(where)
+        robot.link(self.link, f"{where}, key weights.link")
+        angles = np.column_stack(
+            [bench.column(file, bench.at("link_position", where), n, where) for n in range(bench.joints)]
+        )
+        mass = np.ravel(file.array(self.at))
+        arm = RigidArm(robot, angles + bench.zero, np.zeros_like(angles), np.zeros_like(angles))
+        return arm.torque + mass[:, None] * arm.added(
+            self.link, Link("disks", 1.0, np.array(self.centre_m), np.zeros((3, 3)))
+        )

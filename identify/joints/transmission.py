@@ -24,7 +24,7 @@ from identify.joints.base import JointCurve
 from identify.joints.data import JointTestData
 from identify.joints.intervals import Value, over_time, symmetric, table
 from identify.joints.phases import steady
-from identify.model.laws.transmission_error import harmonic
+from identify.model.laws.gear import harmonic
 from identify.results.joints import CurveResult, Panel, Series
 
 _CHANCE = 1e-3

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +9,7 @@ import numpy as np
 from identify.batch.posture_table import read_postures
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text_input import csv_text
 from identify.machining.engagement import Engagement
 from identify.results.deflection import DeflectionRows
 
@@ -51,12 +50,9 @@ def read_path(path: Path, joints: int) -> tuple[list[str], Array, Array]:
 
 def path_text(rows: DeflectionRows) -> str:
     """The compensated path as CSV: per place the joint angles and tip to command, and what was expected."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
     angles = [f"joint{joint}_deg" for joint in range(1, rows.posture_deg.shape[1] + 1)]
     heads = [f"{what}_{axis}" for what in ("target", "wanted") for axis in ("x_m", "y_m", "z_m")]
     moved = [f"deflection{which}_{axis}_m" for which in ("", "_low", "_high") for axis in "xyz"]
-    writer.writerow(["name", *angles, *heads, *_FORCES, *moved])
     columns = (
         rows.target_deg,
         rows.target_m,
@@ -66,6 +62,8 @@ def path_text(rows: DeflectionRows) -> str:
         rows.low_95,
         rows.high_95,
     )
-    for name, numbers in zip(rows.name, np.hstack(columns), strict=True):
-        writer.writerow([name, *(f"{value:.9g}" for value in numbers)])
-    return stream.getvalue()
+    lines = (
+        [name, *(f"{value:.9g}" for value in numbers)]
+        for name, numbers in zip(rows.name, np.hstack(columns), strict=True)
+    )
+    return csv_text([["name", *angles, *heads, *_FORCES, *moved], *lines])

@@ -18,7 +18,6 @@ from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.machining import sentences
 from identify.machining.mounted import Cutting, mounted
-from identify.machining.place import posture_of
 from identify.machining.stability import (
     coupling,
     limits,
@@ -36,7 +35,7 @@ from identify.results.discovery import fit_of
 from identify.results.modes import ModesResult
 from identify.results.provenance import provenance
 from identify.results.stability import DepthLimits, StabilityResult, TipReceptance
-from identify.vibration.fitted_model import fitted_model
+from identify.vibration.fitted_model import fitted_model, posture_of
 from identify.vibration.misfit import misfit
 
 _LINES = 300

@@ -11,8 +11,8 @@ from identify.machining.coupled import substructure
 from identify.machining.tool import Tool
 from identify.results.fit import FitResult
 from identify.results.stability import DepthLimits, LimitChecks
-from identify.vibration.fit_notes import of_fit, of_gap
 from identify.vibration.fitted_model import FittedModel
+from identify.vibration.notes import of_fit, of_gap
 
 
 def verdict(

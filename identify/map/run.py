@@ -1,5 +1,5 @@
-"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the workers
-of a batch.
+"""What `identify map` does, without the terminal: a fitted model over many postures, in parts, by the
+workers of a batch; and the CSV of its result.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from identify.batch.loop import Watch, run_jobs
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError
+from identify.core.text_input import csv_text
 from identify.core.threads import one_thread
 from identify.fitting.resume import held
 from identify.map.asked import Asked, MapOptions, asked_of
 from identify.map.limits import Wanted, map_limits
 from identify.map.posture_map import look, rows_of
 from identify.map.sentences import notes, verdict
-from identify.map.table import table_of
 from identify.map.unknown import Unknown, corrected, hit_node, learnt_of, unknown
 from identify.results import file as result_file
 from identify.results import fit as results
@@ -239,3 +239,62 @@ def _stacked(parts: Sequence[R]) -> R:
         elif isinstance(values[0], np.ndarray) and field.name not in SAME:
             found[field.name] = np.concatenate(values)
     return replace(parts[0], **found)
+
+
+def table_of(
+    rows: PostureRows, limit: LimitRows | None = None, correction: CorrectionRows | None = None
+) -> str:
+    """The CSV of a map: a line per posture with units in the header; FRFs are in the HDF5 file alone."""
+    (heads, of_limit), (more, moved) = _limit_columns(rows, limit), _corrected_columns(rows, correction)
+    angles = [f"joint{joint}_deg" for joint in range(1, rows.posture_deg.shape[1] + 1)]
+    modes = [
+        f"mode{mode}_{what}"
+        for mode in range(1, rows.frequency_hz.shape[1] + 1)
+        for what in ("hz", "hz_low", "hz_high", "damping", "damping_low", "damping_high")
+    ]
+    static, peak = ([f"{what}_{axis}_m_per_n" for axis in "xyz"] for what in ("static", "peak"))
+    header = ["name", *angles, "tool_x_m", "tool_y_m", "tool_z_m", *modes, *static, *peak, *heads, *more]
+    mode_columns = (
+        rows.frequency_hz,
+        rows.frequency_low_95,
+        rows.frequency_high_95,
+        rows.damping_ratio,
+        rows.damping_low_95,
+        rows.damping_high_95,
+    )
+    of_modes = np.stack(mode_columns, axis=2).reshape(len(rows.name), -1)
+    diagonal = rows.compliance_m_per_n[:, range(3), range(3)]
+    columns = (rows.posture_deg, rows.tool_m, of_modes, diagonal, rows.peak_m_per_n, of_limit, moved)
+    lines = (
+        [name, *("" if np.isnan(value) else f"{value:.9g}" for value in numbers)]
+        for name, numbers in zip(rows.name, np.hstack(columns), strict=True)
+    )
+    return csv_text([header, *lines])
+
+
+def _limit_columns(rows: PostureRows, limit: LimitRows | None) -> tuple[list[str], Array]:
+    """Heads and numbers (n, c) of a limit: of each feed, where there are several."""
+    if limit is None:
+        return [], np.zeros((len(rows.name), 0))
+    unit = "hz" if limit.kind == "frequency" else "m"
+    feeds = [f"_feed{angle:.0f}" if len(limit.feed_deg) > 1 else "" for angle in limit.feed_deg]
+    heads = [f"{limit.kind}_{unit}{side}{feed}" for feed in feeds for side in ("", "_low", "_high")]
+    columns = np.stack([limit.value, limit.low_95, limit.high_95], axis=-1)
+    return heads, columns.reshape(len(rows.name), -1)
+
+
+def _corrected_columns(rows: PostureRows, correction: CorrectionRows | None) -> tuple[list[str], Array]:
+    """Heads and numbers (n, c) of what was corrected by measured postures."""
+    if correction is None:
+        return [], np.zeros((len(rows.name), 0))
+    c = correction
+    modes = range(1, rows.frequency_hz.shape[1] + 1)
+    of = {
+        **{f"mode{mode}_hz": (c.frequency_hz, c.frequency_low_95, c.frequency_high_95) for mode in modes},
+        **{f"mode{mode}_damping": (c.damping_ratio, c.damping_low_95, c.damping_high_95) for mode in modes},
+        **{f"peak_{axis}_m_per_n": (c.peak_m_per_n, c.peak_low_95, c.peak_high_95) for axis in "xyz"},
+    }
+    heads = [f"corrected_{name}{side}" for name in of for side in ("", "_low", "_high")]
+    numbers = [(*modes, *modes, 1, 2, 3)[k] - 1 for k in range(len(of))]
+    columns = [one[:, at] for at, sides in zip(numbers, of.values(), strict=True) for one in sides]
+    return heads, np.stack(columns, axis=1)

@@ -7,7 +7,7 @@ import numpy as np
 from identify.core.text import count
 from identify.results.fit import FitResult
 from identify.results.map import Learnt, LimitRows, MapResult, PostureRows
-from identify.vibration.fit_notes import of_fit
+from identify.vibration.notes import of_fit
 
 _NAMES = {"depth": "depth limit", "deflection": "static deflection", "frequency": "frequency of mode 1"}
 _HOLDS = {

@@ -128,6 +128,8 @@ def read_table(path: Path, columns: list[str] | None = None) -> DelimitedTable:
                 "separate by commas with a decimal point, or by semicolons",
             )
     rows = _without_idle(rows)
+    if not rows[0]:
+        raise InputError(f"{path}, line {lines[0]}", "no column but unused ones", "columns that have names")
     header = [cell if ":" in cell else cell.lower() for cell in rows[0]]
     if len(set(header)) < len(header):
         raise InputError(f"{path}, line {lines[0]}", "a column name that comes twice", "each column once")

@@ -10,17 +10,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from identify.core.binary_input import read_hdf5
-from identify.core.tree import Group, Value
 from identify.measured.array_files import Arrays, paths_of, read_arrays
 from identify.measured.frf_records import FrfFileOptions, FrfRecords
 
 
 def read_frf(path: Path, options: FrfFileOptions) -> FrfRecords:
     """The FRFs of an HDF5 file; InputError where it is none or `array_files.read_arrays` finds fault."""
-    content = read_hdf5(path, paths_of(options)).members
-
-    def get(name: str) -> Value | None:
-        value = content.get(name)
-        return None if isinstance(value, Group) else value
-
-    return read_arrays(Arrays(get, options, str(path), lambda: read_hdf5(path), "/"))
+    content = read_hdf5(path, paths_of(options))
+    return read_arrays(Arrays(content.value, options, str(path), lambda: read_hdf5(path), "/"))

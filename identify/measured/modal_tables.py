@@ -9,8 +9,6 @@ one line a mode with the same columns and `mode`, a number; shapes in a second f
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +19,7 @@ from ruamel.yaml.comments import CommentedSeq
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.files import MEBIBYTE, sha256_of
+from identify.core.text_input import csv_text
 from identify.core.yaml_input import read_yaml_file
 from identify.measured.channel import Channel
 from identify.measured.delimited import DelimitedTable, read_table
@@ -139,9 +138,7 @@ def _mode(table: ModalTable, index: int) -> dict[str, Any]:
 
 def _write_csv(path: Path, header: list[str], rows: list[list[Any]]) -> None:
     """A CSV file with every digit of its numbers."""
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([header, *rows])
-    path.write_text(text.getvalue(), encoding="utf-8")
+    path.write_text(csv_text([header, *rows]), encoding="utf-8")
 
 
 def _yaml_modes(path: Path) -> list[tuple[str, Mapping[str, Any]]]:

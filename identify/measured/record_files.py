@@ -78,12 +78,8 @@ def _of_mat(path: Path) -> Lookup:
 
 
 def _of_hdf5(path: Path) -> Lookup:
-    def lookup(name: str, unit: SignalUnit | None) -> Any:
-        value = read_hdf5(path, [name]).members.get(name)
-        return None if isinstance(value, Group) else value
-
     read_hdf5(path, [])  # says now what is wrong with the file as a whole
-    return lookup
+    return lambda name, unit: read_hdf5(path, [name]).value(name)
 
 
 def _of_csv(path: Path) -> Lookup:

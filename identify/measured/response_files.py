@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from identify.core.binary_input import read_hdf5, read_mat
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
-from identify.core.tree import Group
 from identify.measured import mat
 from identify.measured.array_files import Arrays, path_in
 from identify.measured.channel import Channel
@@ -76,13 +75,7 @@ def _lookup(path: Path, form: str, file: FrfFileOptions) -> Any:
     if form == "mat":
         content = read_mat(path)
         return lambda name: mat.variable(content, name)
-    members = read_hdf5(path, [path_in(file.variables.get(name, name)) for name in NAMES]).members
-
-    def get(name: str) -> Any:
-        value = members.get(name)
-        return None if isinstance(value, Group) else value
-
-    return get
+    return read_hdf5(path, [path_in(file.variables.get(name, name)) for name in NAMES]).value
 
 
 def _needed(arrays: Arrays, name: str, what: str) -> NDArray[Any]:

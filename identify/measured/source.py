@@ -1,5 +1,15 @@
 """What a measurement of a study is read from: a file of FRFs, several repeats of it, or time histories to
 estimate FRFs from.
+
+FRFs from samples of a force or torque that is held from one sample to the next, as controllers command it.
+
+Held over T, a force drives H through (1 - e^-sT) / (sT), and what it has about multiples of the sample rate
+moves the structure too, where samples fold it back.  Up there a motor feels its own inertia J alone: of
+1 / (J s^2), 1 / (J s) and 1 / J the samples' answer is known exactly, and so are the images in it,
+
+    T^2 (z + 1) / (2 J (z - 1)^2),   T / (J (z - 1)),   1 / J,   z = e^sT,
+
+less what is driven.  What is not at the motor itself moves far less at such frequencies: it has no images.
 """
 
 from __future__ import annotations
@@ -9,14 +19,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.frf_set import FrfSet
-from identify.measured.held import unheld
+from identify.measured.frf_set import POWER, FrfSet, Quantity
 from identify.measured.hits import Hits, beside, cut
 from identify.measured.loaders import load_frf_set, load_time_history
 from identify.measured.local_polynomial import frf_local_polynomial
@@ -25,6 +36,9 @@ from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
 from identify.measured.periodic import frf_from_periods
 from identify.measured.time_history import TimeHistory
 from identify.measured.units import Kind
+
+_SURE, _PART = 0.1, 10
+"""Relative noise up to which a line tells the inertia; of these lines, the highest tenth does."""
 
 
 class Estimation(BaseModel):
@@ -151,3 +165,39 @@ def read_history(path: Path, options: FrfFileOptions, estimation: Estimation) ->
     if estimation.signals is not None:
         return read_log(path, estimation.signals, estimation.sample_rate_hz)
     return load_time_history(path, dict(estimation.units), options.format)
+
+
+def unheld(frf_set: FrfSet, rate_hz: float) -> FrfSet:
+    """The set without what the hold between samples, so many a second, made of it."""
+    st = frf_set.s / rate_hz
+    through = (1 - np.exp(-st)) / st
+    images = _of_inertia(st, frf_set.quantity) - through
+    frf = frf_set.frf.copy()
+    for i, output in enumerate(frf_set.outputs):
+        for j, force in enumerate(frf_set.inputs):
+            if output.motor is not None and output.motor == force.motor:
+                sign = output.sign * force.sign
+                rest = frf_set.s ** (POWER[frf_set.quantity] - 2)
+                noise = None if frf_set.noise is None else frf_set.noise[:, i, j]
+                inverse = _inverse_inertia(
+                    sign * frf[:, i, j] / (images + through) / rest, noise, frf[:, i, j]
+                )
+                frf[:, i, j] -= sign * inverse * images * rest
+    size = np.abs(through)[:, None, None]
+    noise = None if frf_set.noise is None else frf_set.noise / size
+    return replace(frf_set, frf=frf / through[:, None, None], noise=noise)
+
+
+def _of_inertia(st: Complex, quantity: Quantity) -> Complex:
+    """(lines,): the samples' answer of an inertia over its own."""
+    z = np.exp(st)
+    if quantity == "receptance":
+        return np.asarray(st**2 * (z + 1) / (2 * (z - 1) ** 2))
+    return np.asarray(st / (z - 1)) if quantity == "mobility" else np.ones_like(st)
+
+
+def _inverse_inertia(scaled: Complex, noise: Array | None, measured: Complex) -> float:
+    """1 / J by FRFs over those of a unit inertia (lines,), where they are highest and sure; 0 of none."""
+    sure = np.ones(len(scaled), dtype=bool) if noise is None else noise < _SURE * np.abs(measured)
+    values = scaled.real[sure]
+    return max(0.0, float(np.median(values[-max(1, len(values) // _PART) :]))) if values.size else 0.0

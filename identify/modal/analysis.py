@@ -2,7 +2,7 @@
 
 The steps, each in its own file: `layout`, `bands` (which does the next for each part of a wide band),
 `stabilisation` (with `plscf` or `lsce`), `selection`, `verify` (with `refine`, `lsfd` and `imperfect`),
-`scaling`, `cmif`, `reciprocity`, `window`.
+`scaling`, `window`.
 """
 
 from __future__ import annotations
@@ -17,13 +17,11 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.bands import Identified, identified
-from identify.modal.cmif import cmif
-from identify.modal.layout import Layout, arrange
+from identify.modal.layout import Layout, arrange, cmif
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why
-from identify.modal.reciprocity import ReciprocityCheck, reciprocity
-from identify.modal.scaling import Scaling, scale
+from identify.modal.scaling import ReciprocityCheck, Scaling, reciprocity, scale
 from identify.modal.selection import Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram

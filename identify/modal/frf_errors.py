@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from typing import TypedDict
+
 import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.modal.mac import frac
 
 
-def frf_errors(measured: Complex, modelled: Complex) -> dict[str, Array]:
+class FrfErrors(TypedDict):
+    """Errors of FRFs, each (pairs,)."""
+
+    relative_error: Array
+    frac: Array
+    area_error: Array
+
+
+def frf_errors(measured: Complex, modelled: Complex) -> FrfErrors:
     """relative_error, frac and area_error of FRFs (lines, pairs), each (pairs,); NaN where the measured FRF
     is zero.
 

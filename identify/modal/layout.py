@@ -1,5 +1,8 @@
 """Which side of an FRF matrix the references are, and the array the estimators work on, `[line, response,
 reference]`.
+
+The complex mode indicator function of that array: singular values of the FRF matrix at every line (Shih,
+Tsuei, Allemang and Brown, MSSP 2 (1988)).
 """
 
 from __future__ import annotations
@@ -186,3 +189,12 @@ def _check_even(frequency_hz: Array, where: str) -> None:
             "a constant step",
             "choose band_hz beside the gap",
         )
+
+
+def cmif(layout: Layout) -> np.ndarray:
+    """(lines, references), largest first, of the responses measured against every reference; unit of the
+    FRFs.
+
+    A peak of the first is a mode; a peak of the second at the same line is another one that close.
+    """
+    return np.asarray(np.linalg.svd(layout.frf[:, layout.complete], compute_uv=False))

@@ -1,10 +1,15 @@
-"""What can be chosen in an experimental modal analysis; every default works on ordinary hammer tests."""
+"""What can be chosen in an experimental modal analysis, in a study, a command or a file of its own; every
+default works on ordinary hammer tests.
+"""
 
 from __future__ import annotations
 
-from typing import Literal
+from pathlib import Path
+from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from identify.core.config import read_yaml, validated
 
 ESTIMATORS = {"plscf": "pLSCF", "lsce": "LSCE"}
 """How the estimators are written in reports."""
@@ -94,3 +99,17 @@ class ModalSettings(BaseModel):
         if self.modes_hz is not None and (self.keep_hz or self.drop_hz):
             raise ValueError("modes_hz names all modes; keep_hz and drop_hz only correct an automatic choice")
         return self
+
+
+def chosen_settings(path: Path | None) -> dict[str, Any]:
+    """The settings of the analysis that a YAML file gives; InputErrors for what is none, with its line."""
+    if path is None:
+        return {}
+    data, _ = read_yaml(path)
+    return validated(path, data, ModalSettings).model_dump(exclude_unset=True)
+
+
+def with_choices(given: ModalSettings, path: Path) -> ModalSettings:
+    """Settings over those of a file of choices; InputErrors where the two do not go together."""
+    both = {**chosen_settings(path), **given.model_dump(exclude_unset=True)}
+    return validated(path, both, ModalSettings)

@@ -20,8 +20,7 @@ from identify.core.arrays import Array, Complex, Index, Mask
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.model.compliances import Compliances
-from identify.model.effects.base import Effect, Term, Torque, errors_of
-from identify.model.effects.plugged import check_matrix, check_terms
+from identify.model.effects.base import Effect, Term, Torque, check_matrix, check_terms, errors_of
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot

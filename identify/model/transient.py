@@ -5,19 +5,20 @@ The modes of the linear model advance exactly under forces that are constant wit
 step is that of its law at a share _AT of the step, solved together with what the torque itself does to the
 joint until then: second order at one half, and above one half it damps what alternates from step to step, so
 that sticking friction, however stiff, does not ring.
+
+The impact itself is a half-sine of force, in time and in the transform.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.model.effects.torque_law import TorqueLaw
-from identify.model.impact import Impact
 from identify.model.modes import state_eigen
 
 _AT = 0.55
@@ -211,3 +212,33 @@ def _growth(rate: Complex, time: float) -> Complex:
     """The integral of e^(rate t) over `time`; `time` itself at a rate of zero."""
     limit = np.abs(rate * time) < 1e-12
     return np.asarray(np.where(limit, time, np.expm1(rate * time) / np.where(limit, 1.0, rate)))
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A half-sine of `peak` N that lasts `width` s and begins a record of `record` s."""
+
+    peak: float
+    width: float
+    record: float
+
+    def begun(self, middle: float) -> Impact:
+        """With what is left of the record where the middle of the impact is that long after its start, s."""
+        return replace(self, record=self.record - max(middle - self.width / 2, 0.0))
+
+    def lasting(self, times: float) -> Impact:
+        """With so many times its width."""
+        return replace(self, width=times * self.width)
+
+    def transform(self, s: Complex) -> Complex:
+        """Laplace transform, N s, at s (...), rad/s."""
+        pulsation = np.pi / self.width
+        return np.asarray(self.peak * pulsation * (1 + np.exp(-s * self.width)) / (s * s + pulsation**2))
+
+    def means(self, step: float, steps: int) -> Array:
+        """(steps,): mean force over each time step (s), N, so that no impulse is lost however coarse the
+        steps are.
+        """
+        time = np.minimum(step * np.arange(steps + 1), self.width)
+        impulse = self.peak * self.width / np.pi * (1 - np.cos(np.pi * time / self.width))
+        return np.asarray(np.diff(impulse) / step)

@@ -25,8 +25,7 @@ from identify.measured.uff.geometry import channel_axes, has_geometry, read_geom
 from identify.measured.uff.shapes import read_shapes
 from identify.modal.mac import auto_mac, comac, mac
 from identify.modal.pairing import Pairing, common_channels, pair
-from identify.modal.rigid import contained, rigid_part, rigid_rows
-from identify.modal.turned import Axes, in_one_frame
+from identify.modal.turned import Axes, contained, in_one_frame, rigid_part, rigid_rows
 from identify.modes.places import Placed, by_place, elsewhere
 from identify.results import file as result_file
 from identify.results.modes import AnalysedMeasurement, ModesResult, ModeTable

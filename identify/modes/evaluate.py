@@ -9,13 +9,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from identify.core.arrays import Array, Index, Mask
+from identify.core.arrays import Array, Complex, Index, Mask
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.geometry import MeasuredGeometry, displacements
+from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
-from identify.modal.mac import auto_mac
+from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.reasons import Why, in_short
 from identify.modal.selection import Candidate
 from identify.modal.settings import ESTIMATORS, ModalSettings
@@ -78,7 +79,13 @@ def _kept(measured: Measured, found: ModalAnalysis, setups: SetupPoles | None) -
         highest_order=found.diagram.orders[-1],
         parts=len(found.bands_hz),
         total_error=found.total_error,
-        modes=_modes(found),
+        modes=mode_table(
+            found.table,
+            found.references,
+            found.model.participation,
+            settings,
+            (found.seen_frequency_hz, found.seen_damping_ratio),
+        ),
         rejected=rejected_poles(found.rejected),
         diagram=drawn_diagram(
             found.diagram,
@@ -95,24 +102,32 @@ def _kept(measured: Measured, found: ModalAnalysis, setups: SetupPoles | None) -
     )
 
 
-def _modes(found: ModalAnalysis) -> ModeTable:
-    table = found.table
+def mode_table(
+    table: ModalTable,
+    references: Sequence[Channel],
+    participation: Complex,
+    settings: ModalSettings,
+    seen: tuple[Array, Array] | None = None,
+) -> ModeTable:
+    """Modes as a result keeps them; seen: frequencies and damping ratios as a window showed them."""
     assert table.shapes is not None and table.frequency_std_hz is not None and table.damping_std is not None
+    seen_frequency, seen_damping = seen or (table.frequency_hz, table.damping_ratio)
+    collinearity, deviation = mpc(table.shapes), np.degrees(mpd(table.shapes))
     return ModeTable(
         frequency_hz=table.frequency_hz,
         frequency_std_hz=table.frequency_std_hz,
         damping_ratio=table.damping_ratio,
         damping_std=table.damping_std,
-        seen_frequency_hz=found.seen_frequency_hz,
-        seen_damping_ratio=found.seen_damping_ratio,
-        mpc=found.mpc,
-        mpd_deg=np.degrees(found.mpd),
+        seen_frequency_hz=seen_frequency,
+        seen_damping_ratio=seen_damping,
+        mpc=collinearity,
+        mpd_deg=deviation,
         channels=tuple(map(str, table.channels)),
         shapes=table.shapes,
-        references=tuple(map(str, found.references)),
-        participation=found.model.participation,
+        references=tuple(map(str, references)),
+        participation=participation,
         auto_mac=auto_mac(table.shapes),
-        doubt=doubts(table, found.mpc, np.degrees(found.mpd), found.settings),
+        doubt=doubts(table, collinearity, deviation, settings),
     )
 
 
@@ -200,12 +215,8 @@ def _frf(found: ModalAnalysis, data: FrfSet) -> results.FrfComparison:
         output=tuple(map(str, outputs)),
         input=tuple(map(str, inputs)),
         measured=measured,
-        initial=None,
         fitted=rebuilt,
-        band_95=None,
-        noise=None,
         coherence=_coherence(data, layout.frequency_hz, outputs, inputs),
-        gap=None,
         **frf_errors(measured, rebuilt),
     )
 

@@ -23,14 +23,11 @@ from identify.measured.modal_table import ModalTable
 from identify.measured.response_files import load_responses
 from identify.measured.several import files_of, name_of
 from identify.modal.analysis import synthesis_error
-from identify.modal.choices import chosen_settings
 from identify.modal.frf_errors import frf_errors
-from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes, analyse
 from identify.modal.operational.settings import OperationalSettings
-from identify.modal.settings import ModalSettings
-from identify.modes.doubt import doubts
-from identify.modes.evaluate import doubtful, drawn_diagram, rejected_poles, turned_down
+from identify.modal.settings import ModalSettings, chosen_settings
+from identify.modes.evaluate import doubtful, drawn_diagram, mode_table, rejected_poles, turned_down
 from identify.modes.export import write_tables
 from identify.modes.output_setups import together
 from identify.modes.said import asked, modal_settings, sources
@@ -42,7 +39,6 @@ from identify.results.fit import HALF_SPECTRUM, FrfComparison
 from identify.results.modes import (
     AnalysedMeasurement,
     ModesResult,
-    ModeTable,
     OutputOnly,
     Reciprocity,
     ShapeScaling,
@@ -201,7 +197,7 @@ def _analysed(
         estimator="SSI-cov",
         highest_order=found.diagram.orders[-1],
         total_error=synthesis_error(found.layout.frf, found.rebuilt)[1],
-        modes=_modes(found),
+        modes=mode_table(found.table, found.layout.references, found.participation, found.settings),
         rejected=rejected,
         diagram=drawn_diagram(found.diagram, lines, found.mode_indicator, found.settings, judged),
         reciprocity=Reciprocity((), (), *np.zeros((3, 0))),
@@ -209,25 +205,6 @@ def _analysed(
         geometry=None if sensors is None else drawn(sensors),
         shapes=None if sensors is None else displacements(sensors, table),
         output_only=extras,
-    )
-
-
-def _modes(found: OperationalModes) -> ModeTable:
-    return ModeTable(
-        frequency_hz=found.frequency_hz,
-        frequency_std_hz=found.scatter.frequency_hz,
-        damping_ratio=found.damping_ratio,
-        damping_std=found.scatter.damping,
-        seen_frequency_hz=found.frequency_hz,
-        seen_damping_ratio=found.damping_ratio,
-        mpc=mpc(found.shapes),
-        mpd_deg=np.degrees(mpd(found.shapes)),
-        channels=tuple(map(str, found.records.channels)),
-        shapes=found.shapes,
-        references=tuple(map(str, found.layout.references)),
-        participation=found.participation,
-        auto_mac=auto_mac(found.shapes),
-        doubt=doubts(found.table, mpc(found.shapes), np.degrees(mpd(found.shapes)), found.settings),
     )
 
 
@@ -254,12 +231,7 @@ def _spectra(found: OperationalModes) -> FrfComparison:
         output=tuple(str(layout.responses[i]) for i in rows),
         input=tuple(str(layout.references[j]) for j in columns),
         measured=measured,
-        initial=None,
         fitted=rebuilt,
-        band_95=None,
-        noise=None,
-        coherence=None,
-        gap=None,
         **frf_errors(measured, rebuilt),
     )
 

@@ -11,19 +11,17 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.measured.modal_table import ModalTable
-from identify.modal.mac import auto_mac, mpc, mpd
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.merged import merged_responses, unit_shapes
 from identify.modal.reasons import Why, because
 from identify.modal.setups.run import Setups, poles_agree
 from identify.modal.window import frequency_and_damping
-from identify.modes.doubt import doubts
+from identify.modes.evaluate import mode_table
 from identify.modes.sensors import drawn
 from identify.modes.setups import kept_setups
 from identify.results.fit import FrfComparison
 from identify.results.modes import (
     AnalysedMeasurement,
-    ModeTable,
     OutputOnly,
     RejectedPoles,
     StabilisationDiagram,
@@ -47,28 +45,13 @@ def together(
         frequency, damping, merged.grid.outputs, shapes, merged.frequency_std_hz, merged.damping_std
     )
     first = kept[0]
-    modes = ModeTable(
-        frequency_hz=frequency,
-        frequency_std_hz=merged.frequency_std_hz,
-        damping_ratio=damping,
-        damping_std=merged.damping_std,
-        seen_frequency_hz=frequency,
-        seen_damping_ratio=damping,
-        mpc=mpc(shapes),
-        mpd_deg=np.degrees(mpd(shapes)),
-        channels=tuple(map(str, table.channels)),
-        shapes=shapes,
-        references=first.modes.references,
-        participation=first.modes.participation[merged.member[:, 0]],
-        auto_mac=auto_mac(shapes),
-        doubt=doubts(table, mpc(shapes), np.degrees(mpd(shapes)), found[0].settings),
-    )
+    participation = first.modes.participation[merged.member[:, 0]]
     one = replace(
         first,
         name=name,
         file=", ".join(m.file for m in kept),
         total_error=float(np.sqrt(np.mean([m.total_error**2 for m in kept]))),
-        modes=modes,
+        modes=mode_table(table, found[0].layout.references, participation, found[0].settings),
         rejected=_rejected(kept, merged.turned_down),
         diagram=_diagram([m.diagram for m in kept]),
         frf=_spectra([m.frf for m in kept]),
@@ -141,16 +124,9 @@ def _spectra(parts: Sequence[FrfComparison]) -> FrfComparison:
     def texts(name: str) -> tuple[str, ...]:
         return tuple(getattr(part, name)[n] for part, rows in both for n in rows)
 
-    return replace(
-        parts[0],
-        output=texts("output"),
-        input=texts("input"),
-        measured=values("measured"),
-        fitted=values("fitted"),
-        relative_error=values("relative_error"),
-        frac=values("frac"),
-        area_error=values("area_error"),
-    )
+    curves = ("measured", "fitted", "relative_error", "frac", "area_error")
+    named = {name: values(name) for name in curves}
+    return replace(parts[0], output=texts("output"), input=texts("input"), **named)
 
 
 def _extras(parts: Sequence[OutputOnly], shape_std: Array) -> OutputOnly:

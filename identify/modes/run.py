@@ -17,8 +17,7 @@ from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.modal.alone import disagreement
 from identify.modal.analysis import ModalAnalysis
-from identify.modal.choices import chosen_settings
-from identify.modal.settings import ModalSettings
+from identify.modal.settings import ModalSettings, chosen_settings
 from identify.modes.doubt import disagreement_note
 from identify.modes.evaluate import Measured, analysed, verdict
 from identify.modes.export import frf_paths, write_frfs, write_tables

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
 from pydantic import BaseModel, ValidationError
-from ruamel.yaml import YAML
 
 from identify.core.errors import InputError
+from identify.core.yaml_input import yaml_text
 from identify.measured.frf_records import FrfFileOptions
 from identify.modal.operational.settings import OperationalSettings
 from identify.modal.settings import ModalSettings
@@ -88,6 +87,4 @@ def asked(
     }
     if operational is not None:
         said["operational"] = {**operational.model_dump(mode="json"), **(scaled_by or {})}
-    stream = io.StringIO()
-    YAML().dump({**said, "modal": settings.model_dump(mode="json")}, stream)
-    return stream.getvalue()
+    return yaml_text({**said, "modal": settings.model_dump(mode="json")})

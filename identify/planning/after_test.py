@@ -11,29 +11,37 @@ two parts: that of each response, and that of the force, which all responses of 
 exponential window exp(-d t) correlates both over lines: at a distance of k lines by c / (c + 2 pi i k), c =
 2 d T, T the length of the record.
 
-Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too
-(`identify.planning.stated_errors`).
+Where things are not quite as stated (`uncertainty:` of the study), their errors are unknowns too.
+Errors of links and lengths go along from the fit, with the covariance that it found; those of sensors,
+gains, impacts and joint angles come anew with the test, as they were stated.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, gram
 from identify.core.interruption import check
 from identify.measured.channel import Channel
+from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
 from identify.planning.candidates import Candidates
 from identify.planning.design import Chosen
 from identify.planning.information import FreeModel, TestNoise, s_of, slopes
 from identify.planning.known import Known
-from identify.planning.stated_errors import StatedErrors, nuisances_of, prior
+from identify.vibration.nuisances.blocks import nuisance_blocks
+from identify.vibration.nuisances.nuisance import NOTHING, Nuisances, Tested, list_nuisances
+from identify.vibration.nuisances.placed import basis_points, place, state
 
 _MOST_LINES = 400
+_LASTING = ("link", "kinematics")
+"""Groups of errors that a new test has in common with the fit."""
 
 
 class Planned(NamedTuple):
@@ -109,7 +117,7 @@ def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int
     test, of which those given are all, or some that stand for them and are then taken as independent.
     """
     j, alone, of_force = noise.scaled(h, g)
-    product = _product(j, j)
+    product = gram(j, j)
     shared = np.asarray(of_force.sum(axis=1))
     alike = np.eye(len(h), dtype=complex)
     if count == len(h) and noise.decay_per_s > 0:
@@ -118,12 +126,66 @@ def scores(h: Complex, g: Complex, noise: TestNoise, record_s: float, count: int
     spread = np.zeros_like(product)
     for part in (alone, shared):
         flat = part.reshape(len(h), -1)
-        spread += _product(part, (alike @ flat).reshape(part.shape))
+        spread += gram(part, (alike @ flat).reshape(part.shape))
     weight = count / len(h)
     return weight * product, weight * spread
 
 
-def _product(a: Complex, b: Complex) -> Array:
-    """Re sum conj(a) b' over all but the last axis, (u, u)."""
-    flat_a, flat_b = (one.reshape(-1, one.shape[-1]) for one in (a, b))
-    return np.asarray(flat_a.real.T @ flat_b.real + flat_a.imag.T @ flat_b.imag)
+def nuisances_of(known: Known, planned: Sequence[Tested]) -> Nuisances:
+    """All that is uncertain of planned measurements; none where nothing was stated."""
+    if known.settings is None:
+        return NOTHING
+    return list_nuisances(known.settings, known.model.robot, known.model.points, planned)
+
+
+def prior(nuisances: Nuisances, known: Known, before: Array, anew: bool) -> Array:
+    """(u + e, u + e): what is known of unknowns and errors before the test; before (u, u): of the unknowns,
+    the parameters first; anew: whether the data of the fit do not count.
+    """
+    found = scipy.linalg.block_diag(before, np.eye(len(nuisances.entries)))
+    fitted, size, unknowns = known.fitted, len(known.names), len(before)
+    if fitted is None or anew or not nuisances.entries:
+        return np.asarray(found)
+    places = {name: size + number for number, name in enumerate(fitted.names)}
+    lasting = [
+        (unknowns + number, places[one.place, one.change])
+        for number, one in enumerate(nuisances.entries)
+        if one.group in _LASTING and (one.place, one.change) in places
+    ]
+    own = [*range(size), *(number for number, _ in lasting)]
+    kept = [*range(size), *(row for _, row in lasting)]
+    found[np.ix_(own, own)] = np.linalg.inv(fitted.covariance[np.ix_(kept, kept)])
+    return np.asarray(found)
+
+
+@dataclass(frozen=True)
+class StatedErrors:
+    """What errors do at a posture (joints,), rad, of a system there."""
+
+    known: Known
+    system: System
+    posture: Array
+
+    @cached_property
+    def _basis(self) -> Basis:
+        model, stated = self.known.model, self.known.settings
+        assert stated is not None
+        angles, lengths = stated.std("joints", "angle_deg") > 0, stated.std("kinematics", "position_m") > 0
+        points = basis_points(model.points)
+        return basis(model.robot, self.posture, points, None, angles=angles, lengths=lengths)
+
+    def slopes(self, nuisances: Nuisances, planned: Tested, h: Complex, s: Complex) -> Complex:
+        """(lines, outputs, inputs, e), per standard deviation of each error; h: the FRFs of the measurement,
+        s (lines,).
+        """
+        model, channels = self.known.model, (planned.outputs, planned.inputs)
+        name, posture, points = planned.name, planned.posture, model.points
+        placed = place(nuisances, self._basis, self.system, points, name, posture, channels)
+        at = state(placed, np.zeros(len(nuisances.entries)))
+        found = np.zeros((*h.shape, len(nuisances.entries)), dtype=complex)
+        for block in nuisance_blocks(placed, at, self.system.matrices(model.values), s, 2, None):
+            there = np.ix_(np.arange(len(s)), block.channels, np.arange(h.shape[2]), block.numbers)
+            found[there] += block.slopes
+        if placed.delay.numbers >= 0:
+            found[..., int(placed.delay.numbers)] = -float(placed.delay.std) * s[:, None, None] * h
+        return found

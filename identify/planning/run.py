@@ -1,4 +1,6 @@
-"""What `identify plan` does, without the terminal: a fit in, the next test with what it promises out."""
+"""What `identify plan` does, without the terminal: a fit in, the next test with what it promises and the
+study of it, to be filled in, out.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +9,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from ruamel.yaml.comments import CommentedMap
 
 from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
+from identify.core.config_paths import relocated
 from identify.core.errors import InputError
 from identify.core.threads import one_thread
-from identify.core.yaml_input import YAML_SUFFIXES
+from identify.core.yaml_input import YAML_SUFFIXES, in_one_line, round_trip, yaml_text
 from identify.fitting.resume import held
 from identify.machining.tool import read_tool
 from identify.model.geometry import drawn_geometry, drawn_modes, standing
@@ -23,12 +27,10 @@ from identify.planning.candidates import Candidates, candidates, tabled
 from identify.planning.design import Chosen, Criterion, best_design, random_choice
 from identify.planning.information import Measurable, measurable
 from identify.planning.known import Known, known_of
-from identify.planning.promise import best_single, gain_of, looked_at, promised, worth_of
+from identify.planning.promise import Target, best_single, gain_of, looked_at, promised, targets_of, worth_of
 from identify.planning.refine import Refinement
 from identify.planning.rival import Rival, rival_of
 from identify.planning.sentences import next_best, notes, verdict, verdict_apart
-from identify.planning.study import planned_name, study_text
-from identify.planning.targets import Target, targets_of
 from identify.results import file as result_file
 from identify.results.plan import PlannedPlace, PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
@@ -211,3 +213,28 @@ def _place(known: Known, number: int, posture_deg: Array) -> PlannedPlace:
     modes = complex_modes(*system.matrices(known.model.values))
     geometry = drawn_geometry(system.site.engine, points, looks(known.model.robot))
     return PlannedPlace(planned_name(number), geometry, drawn_modes(system, points, modes, geometry.bodies))
+
+
+def planned_name(number: int) -> str:
+    """Of the measurement with a number, from 1."""
+    return f"planned{number}"
+
+
+def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
+    """The study with the measurements of the plan in place of its own, as the text of a file in a folder."""
+    data = round_trip().load(known.config)
+    data["name"] = f"{known.name}_plan"
+    if known.config_folder is not None:
+        laid = data.get("registration", {})
+        own = [(data, "points"), (data, "modal_choices"), (data.get("like", {}), "result")]
+        own += [(laid, "geometry"), (laid, "pairs")]
+        for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), *own):
+            if key in owner:
+                owner[key] = relocated(owner[key], known.config_folder, folder)
+    data["measurements"] = [_study_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]
+    return yaml_text(data)
+
+
+def _study_planned(number: int, posture_deg: Array) -> CommentedMap:
+    """A measurement that is to be done, in one line."""
+    return in_one_line({"file": f"{planned_name(number)}.uff", "posture_deg": posture_deg.tolist()})

@@ -8,7 +8,7 @@ import scipy.special
 from identify.core.thresholds import SIGMAS_95
 from identify.planning.known import Known
 from identify.results.plan import PromisedTable
-from identify.vibration.fit_notes import of_gap
+from identify.vibration.notes import of_gap
 
 
 def verdict(

@@ -27,7 +27,7 @@ from identify.reports.kit.report import (
     Text,
     visible,
 )
-from identify.results.to_xarray import tree_of
+from identify.results.labels import tree_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,7 +7,7 @@ The fits themselves are in files of their own; n fits, p parameters, m modes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,18 +24,18 @@ class JobTable:
     |difference| over |measured| of all FRFs.
     """
 
-    name: Texts
-    state: Texts
-    error: Texts
-    file: Texts
-    attempts: NDArray[np.int_]
-    seconds: Array
-    converged: NDArray[np.bool_]
-    gap: Array
-    cost: Array
-    relative_error: Array
-    posture_deg: Array
-    tool_m: Array
+    name: Annotated[Texts, "name"]
+    state: Annotated[Texts, "name"]
+    error: Annotated[Texts, "name"]
+    file: Annotated[Texts, "name"]
+    attempts: Annotated[NDArray[np.int_], "name"]
+    seconds: Annotated[Array, "name"]
+    converged: Annotated[NDArray[np.bool_], "name"]
+    gap: Annotated[Array, "name"]
+    cost: Annotated[Array, "name"]
+    relative_error: Annotated[Array, "name"]
+    posture_deg: Annotated[Array, "name joint"]
+    tool_m: Annotated[Array, "name axis"]
 
 
 @dataclass(frozen=True)
@@ -45,17 +45,17 @@ class ParametersByPosture:
     asked for.
     """
 
-    name: Texts
-    unit: Texts
-    log: NDArray[np.bool_]
-    value: Array
-    std: Array
-    low_95: Array
-    high_95: Array
-    usable: NDArray[np.bool_]
-    joint_value: Array | None
-    joint_low_95: Array | None
-    joint_high_95: Array | None
+    name: Annotated[Texts, "name"]
+    unit: Annotated[Texts, "name"]
+    log: Annotated[NDArray[np.bool_], "name"]
+    value: Annotated[Array, "fit name", "$unit"]
+    std: Annotated[Array, "fit name", "see log"]
+    low_95: Annotated[Array, "fit name", "$unit"]
+    high_95: Annotated[Array, "fit name", "$unit"]
+    usable: Annotated[NDArray[np.bool_], "fit name"]
+    joint_value: Annotated[Array | None, "name", "$unit"]
+    joint_low_95: Annotated[Array | None, "name", "$unit"]
+    joint_high_95: Annotated[Array | None, "name", "$unit"]
 
 
 @dataclass(frozen=True)
@@ -64,10 +64,10 @@ class ModesByPosture:
     is none.
     """
 
-    frequency_hz: Array
-    damping_ratio: Array
-    measured_frequency_hz: Array
-    measured_damping_ratio: Array
+    frequency_hz: Annotated[Array, "fit mode"]
+    damping_ratio: Annotated[Array, "fit mode"]
+    measured_frequency_hz: Annotated[Array, "fit mode"]
+    measured_damping_ratio: Annotated[Array, "fit mode"]
 
 
 @dataclass(frozen=True)
@@ -80,20 +80,20 @@ class DependenceTable:
     depends: it is less than 1 %.
     """
 
-    parameter: Texts
-    count: NDArray[np.int_]
-    mean: Array
-    mean_low_95: Array
-    mean_high_95: Array
-    chi_square: Array
-    freedom: NDArray[np.int_]
-    p_value: Array
-    scatter: Array
-    trend_joint: NDArray[np.int_]
-    slope_per_rad: Array
-    slope_std: Array
-    slope_p_value: Array
-    depends: NDArray[np.bool_]
+    parameter: Annotated[Texts, "parameter"]
+    count: Annotated[NDArray[np.int_], "parameter"]
+    mean: Annotated[Array, "parameter", "see ../parameters/unit"]
+    mean_low_95: Annotated[Array, "parameter", "see ../parameters/unit"]
+    mean_high_95: Annotated[Array, "parameter", "see ../parameters/unit"]
+    chi_square: Annotated[Array, "parameter"]
+    freedom: Annotated[NDArray[np.int_], "parameter"]
+    p_value: Annotated[Array, "parameter"]
+    scatter: Annotated[Array, "parameter", "see ../parameters/log"]
+    trend_joint: Annotated[NDArray[np.int_], "parameter"]
+    slope_per_rad: Annotated[Array, "parameter"]
+    slope_std: Annotated[Array, "parameter", "1/rad"]
+    slope_p_value: Annotated[Array, "parameter"]
+    depends: Annotated[NDArray[np.bool_], "parameter"]
 
 
 @dataclass(frozen=True)
@@ -107,21 +107,21 @@ class PopulationTable:
     fit with what all others say.  common: how many nuisance parameters all fits have in common.
     """
 
-    parameter: Texts
-    log: NDArray[np.bool_]
-    shared: NDArray[np.bool_]
-    count: NDArray[np.int_]
-    mean: Array
-    mean_low_95: Array
-    mean_high_95: Array
-    scatter: Array
-    scatter_low_95: Array
-    scatter_high_95: Array
-    p_value: Array
-    differs: NDArray[np.bool_]
-    value: Array
-    low_95: Array
-    high_95: Array
+    parameter: Annotated[Texts, "parameter"]
+    log: Annotated[NDArray[np.bool_], "parameter"]
+    shared: Annotated[NDArray[np.bool_], "parameter"]
+    count: Annotated[NDArray[np.int_], "parameter"]
+    mean: Annotated[Array, "parameter", "see ../parameters/unit"]
+    mean_low_95: Annotated[Array, "parameter", "see ../parameters/unit"]
+    mean_high_95: Annotated[Array, "parameter", "see ../parameters/unit"]
+    scatter: Annotated[Array, "parameter", "see log"]
+    scatter_low_95: Annotated[Array, "parameter", "see log"]
+    scatter_high_95: Annotated[Array, "parameter", "see log"]
+    p_value: Annotated[Array, "parameter"]
+    differs: Annotated[NDArray[np.bool_], "parameter"]
+    value: Annotated[Array, "fit parameter", "see ../parameters/unit"]
+    low_95: Annotated[Array, "fit parameter", "see ../parameters/unit"]
+    high_95: Annotated[Array, "fit parameter", "see ../parameters/unit"]
     common: int
 
     @property

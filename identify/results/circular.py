@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
@@ -16,10 +17,10 @@ class CircularTest:
     from the centre less the radius, outwards positive.
     """
 
-    centre: Array
-    radius: float
-    angle: Array
-    error: Array
+    centre: Annotated[Array, "plane", "m"]
+    radius: Annotated[float, "", "m"]
+    angle: Annotated[Array, "angle", "rad"]
+    error: Annotated[Array, "angle", "m"]
 
     @property
     def deviation(self) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
 
@@ -169,15 +169,6 @@ def _notes(runs: dict[str, FitResult]) -> list[str]:
 def _provenance(files: Sequence[Path], runs: dict[str, FitResult]) -> Provenance:
     """That of the latest run, with the result files as inputs: the same files give the same comparison."""
     latest = max(runs.values(), key=lambda run: run.provenance.written).provenance
-    return Provenance(
-        identify=latest.identify,
-        python=latest.python,
-        platform=latest.platform,
-        packages=latest.packages,
-        written=latest.written,
-        config_path="",
-        config_sha256="",
-        config="",
-        input_files=tuple(runs),
-        input_sha256=tuple(sha256_of(file, "a result file") for file in files),
-    )
+    hashes = tuple(sha256_of(file, "a result file") for file in files)
+    latest = replace(latest, config_path="", config_sha256="", config="", settings=None)
+    return replace(latest, input_files=tuple(runs), input_sha256=hashes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,18 +29,18 @@ class CurveTable:
     effect: str
     unit: str
     gap: float
-    entries: Texts
-    frequency_hz: Array
-    value: Complex
-    std_real: Array
-    std_imag: Array
-    law: Complex
-    sets: Texts
-    agreement: Array
-    fitted: NDArray[np.bool_]
-    laws: Texts
-    law_gap: Array
-    law_log_odds: Array
+    entries: Annotated[Texts, "entries"]
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    value: Annotated[Complex, "frequency_hz entries", "$unit"]
+    std_real: Annotated[Array, "frequency_hz entries", "$unit"]
+    std_imag: Annotated[Array, "frequency_hz entries", "$unit"]
+    law: Annotated[Complex, "frequency_hz entries", "$unit"]
+    sets: Annotated[Texts, "sets"]
+    agreement: Annotated[Array, "sets"]
+    fitted: Annotated[NDArray[np.bool_], "sets"]
+    laws: Annotated[Texts, "laws"]
+    law_gap: Annotated[Array, "laws"]
+    law_log_odds: Annotated[Array, "laws"]
     peak_n: float = float("nan")
     axis: str = ""
     errors_held: bool = False
@@ -52,6 +53,6 @@ class PlaceTable:
     the numbers left to explain it), and how many real numbers that took.
     """
 
-    sentence: Texts
-    gap: Array
-    unknowns: NDArray[np.int_]
+    sentence: Annotated[Texts, "sentence"]
+    gap: Annotated[Array, "sentence"]
+    unknowns: Annotated[NDArray[np.int_], "sentence"]

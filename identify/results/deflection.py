@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,22 +23,22 @@ class DeflectionRows:
     angles that send it there, so that the force pushes it to where it was wanted.
     """
 
-    name: Texts
-    posture_deg: Array
-    tip_m: Array
-    force_n: Array
-    deflection_m: Array
-    low_95: Array
-    high_95: Array
-    size_m: Array
-    size_low_95: Array
-    size_high_95: Array
-    compliance: Array
-    compliance_low_95: Array
-    compliance_high_95: Array
-    directions: Array
-    target_m: Array
-    target_deg: Array
+    name: Annotated[Texts, "name"]
+    posture_deg: Annotated[Array, "name joints"]
+    tip_m: Annotated[Array, "name axis"]
+    force_n: Annotated[Array, "name axis"]
+    deflection_m: Annotated[Array, "name axis"]
+    low_95: Annotated[Array, "name axis", "m"]
+    high_95: Annotated[Array, "name axis", "m"]
+    size_m: Annotated[Array, "name"]
+    size_low_95: Annotated[Array, "name", "m"]
+    size_high_95: Annotated[Array, "name", "m"]
+    compliance: Annotated[Array, "name principal", "m/N"]
+    compliance_low_95: Annotated[Array, "name principal", "m/N"]
+    compliance_high_95: Annotated[Array, "name principal", "m/N"]
+    directions: Annotated[Array, "name principal axis"]
+    target_m: Annotated[Array, "name axis"]
+    target_deg: Annotated[Array, "name joints"]
 
 
 @dataclass(frozen=True)
@@ -47,9 +47,9 @@ class DynamicDeflection:
     oscillates, and half its 95 % band.
     """
 
-    line_hz: Array
-    amplitude_m: NDArray[np.float64]
-    band_95: NDArray[np.float64]
+    line_hz: Annotated[Array, "line_hz"]
+    amplitude_m: Annotated[NDArray[np.float64], "line_hz axis"]
+    band_95: Annotated[NDArray[np.float64], "line_hz axis", "m"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -59,7 +59,7 @@ class DeflectionResult(Header):
     KIND: ClassVar[str] = "deflection"
     model: str
     place: str
-    joints: Texts
+    joints: Annotated[Texts, "joints"]
     draws: int
     rows: DeflectionRows
     dynamic: DynamicDeflection

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,9 +26,9 @@ class MarkTable:
     the effect, place (n, 3), m, and direction (n, 3), NaN where it has none.
     """
 
-    sentence: Texts
-    at_m: Array
-    along: Array
+    sentence: Annotated[Texts, "mark"]
+    at_m: Annotated[Array, "mark axis"]
+    along: Annotated[Array, "mark axis"]
 
 
 _NO_MARKS = MarkTable((), np.zeros((0, 3)), np.zeros((0, 3)))
@@ -46,13 +46,13 @@ class OptionTable:
     """
 
     FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
-    sentence: Texts
-    kind: Texts
-    gap: Array
-    gap_validation: Array
-    parameters: NDArray[np.int_]
-    log_odds: Array
-    verdict: Texts
+    sentence: Annotated[Texts, "sentence"]
+    kind: Annotated[Texts, "sentence"]
+    gap: Annotated[Array, "sentence"]
+    gap_validation: Annotated[Array, "sentence"]
+    parameters: Annotated[NDArray[np.int_], "sentence"]
+    log_odds: Annotated[Array, "sentence"]
+    verdict: Annotated[Texts, "sentence"]
 
 
 @dataclass(frozen=True)
@@ -61,11 +61,11 @@ class PartTable:
     above noise; frequency of a band's lower end or a mode, NaN of others, none in older files.
     """
 
-    kind: Texts
-    name: Texts
-    gap: Array
-    share: Array
-    frequency_hz: Array = field(default_factory=lambda: np.zeros(0))
+    kind: Annotated[Texts, "part"]
+    name: Annotated[Texts, "part"]
+    gap: Annotated[Array, "part"]
+    share: Annotated[Array, "part"]
+    frequency_hz: Annotated[Array, "part"] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -74,10 +74,10 @@ class GapByBand:
     (bands + 1,).
     """
 
-    measurements: Texts
-    bands_hz: Array
-    channels: Texts
-    gap: Array
+    measurements: Annotated[Texts, "measurements"]
+    bands_hz: Annotated[Array, "edge"]
+    channels: Annotated[Texts, "channels"]
+    gap: Annotated[Array, "measurements band channels"]
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class StepResult:
     model; alike: what the data cannot tell from it; advice: the measurement that would.
     """
 
-    model: Texts
+    model: Annotated[Texts, "effect"]
     gap: float
     gap_validation: float
     where: str
@@ -97,7 +97,7 @@ class StepResult:
     options: OptionTable
     best: str
     kept: bool
-    alike: Texts
+    alike: Annotated[Texts, "rival"]
     advice: str
     decision: str
     places: PlaceTable = _NO_PLACES
@@ -113,15 +113,15 @@ class AddedEffects:
     """
 
     FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
-    sentence: Texts
-    kind: Texts
-    config: Texts
-    named: Texts
-    parameters: Texts
-    log_odds: Array
-    gap: Array
-    gap_validation: Array
-    probability: Array = field(default_factory=lambda: np.zeros(0))
+    sentence: Annotated[Texts, "sentence"]
+    kind: Annotated[Texts, "sentence"]
+    config: Annotated[Texts, "sentence"]
+    named: Annotated[Texts, "sentence"]
+    parameters: Annotated[Texts, "sentence"]
+    log_odds: Annotated[Array, "sentence"]
+    gap: Annotated[Array, "sentence"]
+    gap_validation: Annotated[Array, "sentence"]
+    probability: Annotated[Array, "sentence"] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)

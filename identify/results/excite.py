@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +20,16 @@ class ExcitedTable:
     wanted: 1 for those that the motion was chosen for.
     """
 
-    name: Texts
-    unit: Texts
-    expected: Array
-    promised: Array
-    random: Array
-    scatter: Array
-    error: Array
-    held: Array
-    kept: Array
-    wanted: NDArray[np.int_]
+    name: Annotated[Texts, "name"]
+    unit: Annotated[Texts, "name"]
+    expected: Annotated[Array, "name", "$unit"]
+    promised: Annotated[Array, "name", "$unit"]
+    random: Annotated[Array, "name", "$unit"]
+    scatter: Annotated[Array, "name", "$unit"]
+    error: Annotated[Array, "name", "$unit"]
+    held: Annotated[Array, "name"]
+    kept: Annotated[Array, "name"]
+    wanted: Annotated[NDArray[np.int_], "name"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,15 +43,15 @@ class ExciteResult(Header):
 
     KIND: ClassVar[str] = "excitation"
     target: str
-    joints: Texts
-    time_s: Array
-    position: Array
-    velocity: Array
-    acceleration: Array
-    limits: Array
-    centre: Array
-    sine: Array
-    cosine: Array
+    joints: Annotated[Texts, "joints"]
+    time_s: Annotated[Array, "time_s"]
+    position: Annotated[Array, "time_s joints", "rad"]
+    velocity: Annotated[Array, "time_s joints", "rad/s"]
+    acceleration: Annotated[Array, "time_s joints", "rad/s^2"]
+    limits: Annotated[Array, "limit joints", "rad, rad/s, rad/s^2"]
+    centre: Annotated[Array, "joints", "rad"]
+    sine: Annotated[Array, "harmonic joints", "rad"]
+    cosine: Annotated[Array, "harmonic joints", "rad"]
     period_s: float
     periods: int
     draws: int

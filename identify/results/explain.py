@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,14 +23,14 @@ class EffectTable:
     words; reading: its values in the field's own terms.
     """
 
-    name: Texts
-    kind: Texts
-    sentence: Texts
-    evidence: Array
-    chance: Array
-    share: Array
-    rivals: Texts
-    reading: Texts
+    name: Annotated[Texts, "name"]
+    kind: Annotated[Texts, "name"]
+    sentence: Annotated[Texts, "name"]
+    evidence: Annotated[Array, "name"]
+    chance: Annotated[Array, "name"]
+    share: Annotated[Array, "name joints"]
+    rivals: Annotated[Texts, "name"]
+    reading: Annotated[Texts, "name"]
 
 
 @dataclass(frozen=True)
@@ -39,11 +39,11 @@ class StepTable:
     RMS left (s, joints).
     """
 
-    name: Texts
-    evidence: Array
-    share: Array
-    rms_fit: Array
-    rms_judge: Array
+    name: Annotated[Texts, "name"]
+    evidence: Annotated[Array, "name"]
+    share: Annotated[Array, "name joints"]
+    rms_fit: Annotated[Array, "name joints", "$unit"]
+    rms_judge: Annotated[Array, "name joints", "$unit"]
 
 
 @dataclass(frozen=True)
@@ -52,27 +52,27 @@ class ValueTable:
     end of the range searched.
     """
 
-    effect: Texts
-    name: Texts
-    unit: Texts
-    value: Array
-    low_95: Array
-    high_95: Array
-    other: Array
-    other_low_95: Array
-    other_high_95: Array
-    at_edge: NDArray[np.bool_]
+    effect: Annotated[Texts, "value_row"]
+    name: Annotated[Texts, "value_row"]
+    unit: Annotated[Texts, "value_row"]
+    value: Annotated[Array, "value_row", "$unit"]
+    low_95: Annotated[Array, "value_row", "$unit"]
+    high_95: Annotated[Array, "value_row", "$unit"]
+    other: Annotated[Array, "value_row", "$unit"]
+    other_low_95: Annotated[Array, "value_row", "$unit"]
+    other_high_95: Annotated[Array, "value_row", "$unit"]
+    at_edge: Annotated[NDArray[np.bool_], "value_row"]
 
 
 @dataclass(frozen=True)
 class BoundTable:
     """Effects that were tried and not found (b): the value each would have, and its 95 % interval."""
 
-    effect: Texts
-    unit: Texts
-    value: Array
-    low_95: Array
-    high_95: Array
+    effect: Annotated[Texts, "effect"]
+    unit: Annotated[Texts, "effect"]
+    value: Annotated[Array, "effect", "$unit"]
+    low_95: Annotated[Array, "effect", "$unit"]
+    high_95: Annotated[Array, "effect", "$unit"]
 
 
 @dataclass(frozen=True)
@@ -83,19 +83,19 @@ class Curves:
 
     name: str
     use: str
-    time_s: Array
-    measured: Array
-    known: Array
-    explained: Array
-    used: NDArray[np.bool_]
+    time_s: Annotated[Array, "time_s"]
+    measured: Annotated[Array, "time_s joints", "$unit"]
+    known: Annotated[Array, "time_s joints", "$unit"]
+    explained: Annotated[Array, "time_s joints", "$unit"]
+    used: Annotated[NDArray[np.bool_], "time_s joints"]
 
 
 @dataclass(frozen=True)
 class Unseen:
     """A record that was neither fitted nor judged by: RMS residual (joints,) before and with the effects."""
 
-    rms_start: Array
-    rms: Array
+    rms_start: Annotated[Array, "joints", "$unit"]
+    rms: Annotated[Array, "joints", "$unit"]
 
     @property
     def explained(self) -> Array:
@@ -112,12 +112,12 @@ class PairTable:
     away as it was fitted, all else the same.
     """
 
-    fitted: Texts = ()
-    judge: Texts = ()
-    effect: Texts = ()
-    rms_start: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    rms: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    share: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    fitted: Annotated[Texts, "pair"] = ()
+    judge: Annotated[Texts, "pair"] = ()
+    effect: Annotated[Texts, "effect"] = ()
+    rms_start: Annotated[Array, "pair joints", "$unit"] = field(default_factory=lambda: np.zeros((0, 0)))
+    rms: Annotated[Array, "pair joints", "$unit"] = field(default_factory=lambda: np.zeros((0, 0)))
+    share: Annotated[Array, "pair effect"] = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def explained(self) -> Array:
@@ -129,8 +129,8 @@ class PairTable:
 class Glossary:
     """What the names of all effects that were tried mean, in words (n)."""
 
-    name: Texts = ()
-    sentence: Texts = ()
+    name: Annotated[Texts, "name"] = ()
+    sentence: Annotated[Texts, "name"] = ()
 
 
 @dataclass(frozen=True)
@@ -144,12 +144,12 @@ class TargetResult:
 
     target: str
     unit: str
-    joints: NDArray[np.int_]
-    rms_fit_start: Array
-    rms_fit: Array
-    rms_judge_start: Array
-    rms_judge: Array
-    noise: Array
+    joints: Annotated[NDArray[np.int_], "joints"]
+    rms_fit_start: Annotated[Array, "joints", "$unit"]
+    rms_fit: Annotated[Array, "joints", "$unit"]
+    rms_judge_start: Annotated[Array, "joints", "$unit"]
+    rms_judge: Annotated[Array, "joints", "$unit"]
+    noise: Annotated[Array, "joints", "$unit"]
     tried: int
     effects: EffectTable
     steps: StepTable
@@ -158,9 +158,9 @@ class TargetResult:
     curves: dict[str, Curves]
     tests: dict[str, Unseen] = field(default_factory=dict)
     glossary: Glossary = field(default_factory=Glossary)
-    body_errors: Array = field(default_factory=lambda: np.zeros(0))
+    body_errors: Annotated[Array, "combination"] = field(default_factory=lambda: np.zeros(0))
     pairs: PairTable = field(default_factory=PairTable)
-    warnings: Texts = ()
+    warnings: Annotated[Texts, "warning"] = ()
 
     def words(self, names: str) -> str:
         """One name, or a list of them, in a few words; as they are where an older file does not say."""
@@ -192,6 +192,6 @@ class ExplainResult(KeyedHeader):
 
     KIND: ClassVar[str] = "explained"
     key: str = ""
-    unknown: Texts
-    conditioning: Texts
+    unknown: Annotated[Texts, "unknown"]
+    conditioning: Annotated[Texts, "conditioning"]
     targets: dict[str, TargetResult]

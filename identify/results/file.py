@@ -2,15 +2,20 @@
 
 Every value is a dataset with its unit as attribute `units`, nested classes are groups, `None` is left out;
 dimensions have scales, as netCDF wants them (`identify.results.labels` says which).  Attributes describe:
-the root's `layout`, and `checksum` over all values (`identify.results.checksum`).
+the root's `layout`, and `checksum` over all values.
 
 In layout 1, which is still read, numbers are attributes of their groups and nothing has units or scales.
+
+A checksum over all that an HDF5 file holds: names, types, shapes and values of datasets, and attributes of
+groups; not the units and scales of datasets, which no reader of ours relies on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import hashlib
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,11 +26,9 @@ from identify.core import atomic, binary_input
 from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
 from identify.core.hdf5_tree import tree_of
-from identify.core.tree import Group
-from identify.results.checksum import CHECKSUM, checksum
+from identify.core.tree import Group, Value
 from identify.results.labels import Labelled, Level, level
-from identify.results.names import ENCODED, group_name
-from identify.results.record import record_of
+from identify.results.record import ENCODED, group_name, record_of
 
 LAYOUT = 2
 _READ = (1, LAYOUT)
@@ -41,6 +44,8 @@ _KINDS = {
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
 """What netCDF calls the scale of a dimension without labels."""
 T = TypeVar("T")
+CHECKSUM = "checksum"
+"""The root's attribute that holds it, and is not part of it."""
 
 
 def check_new(path: Path, what: str, inputs: Iterable[Path], beside: Iterable[Path] = ()) -> None:
@@ -163,3 +168,40 @@ def _new_scales(
         scale.make_scale(name if labels is not None else f"{_NO_VARIABLE}{size:10d}")
         found[name] = scale
     return found
+
+
+def checksum(tree: Group) -> str:
+    """The sha256 of the content as hexadecimal digits, however the file lays it out on the disk."""
+    digest = hashlib.sha256()
+    for name, item in sorted(_objects("", tree), key=itemgetter(0)):
+        _take(digest, f"object {name or '/'}", None)
+        if not isinstance(item, Group):
+            _take(digest, "data", item)
+            continue
+        for key in sorted(item.attributes):
+            if (name, key) != ("", CHECKSUM):
+                _take(digest, f"attribute {key}", item.attributes[key])
+    return digest.hexdigest()
+
+
+def _objects(name: str, item: Group | Value) -> Iterator[tuple[str, Group | Value]]:
+    """A group and all in it, by path."""
+    yield name, item
+    for key, member in item.members.items() if isinstance(item, Group) else ():
+        yield from _objects(f"{name}/{key}" if name else key, member)
+
+
+def _take(digest: Any, name: str, value: Any) -> None:
+    """Put a named value into the digest, each part after its length, so that none can run into the next."""
+    array = np.array(value, dtype=object) if isinstance(value, tuple) else np.asarray(value)
+    if array.dtype.kind in "OUS":
+        parts = [str(array.shape).encode(), *(_text(one) for one in array.ravel().tolist())]
+    else:
+        little = array.astype(array.dtype.newbyteorder("<"))
+        parts = [f"{little.dtype.str} {array.shape}".encode(), little.tobytes()]
+    for part in (name.encode(errors="surrogateescape"), *parts):
+        digest.update(len(part).to_bytes(8, "little") + part)
+
+
+def _text(value: Any) -> bytes:
+    return value if isinstance(value, bytes) else str(value).encode(errors="surrogateescape")

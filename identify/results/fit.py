@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +24,13 @@ class ModePairs:
     they come from.
     """
 
-    measured_frequency_hz: Array
-    measured_damping_ratio: Array
-    measured: NDArray[np.int_]
-    model: NDArray[np.int_]
-    mac: Array
-    mac_matrix: Array | None
-    measured_shapes: Complex | None
+    measured_frequency_hz: Annotated[Array, "measured_mode"]
+    measured_damping_ratio: Annotated[Array, "measured_mode"]
+    measured: Annotated[NDArray[np.int_], "pair"]
+    model: Annotated[NDArray[np.int_], "pair"]
+    mac: Annotated[Array, "pair"]
+    mac_matrix: Annotated[Array | None, "measured_mode model_mode"]
+    measured_shapes: Annotated[Complex | None, "measured_mode point axis"]
     origin: str
 
 
@@ -48,7 +48,7 @@ class Noun(NamedTuple):
 FRF = Noun("FRF", "FRFs")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class FrfComparison:
     """FRFs (lines, pairs): measured, predicted at the start (None: no such model) and as fitted, noise (std
     of real or imaginary part); per pair the errors.
@@ -60,19 +60,19 @@ class FrfComparison:
     quantity: str
     unit: str
     window_decay_per_s: float
-    frequency_hz: Array
-    output: Texts
-    input: Texts
-    measured: Complex
-    initial: Complex | None
-    fitted: Complex
-    band_95: Array | None
-    noise: Array | None
-    coherence: Array | None
-    gap: Array | None
-    relative_error: Array
-    frac: Array
-    area_error: Array
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    output: Annotated[Texts, "pair"]
+    input: Annotated[Texts, "pair"]
+    measured: Annotated[Complex, "frequency_hz pair", "$unit"]
+    initial: Annotated[Complex | None, "frequency_hz pair", "$unit"] = None
+    fitted: Annotated[Complex, "frequency_hz pair", "$unit"]
+    band_95: Annotated[Array | None, "frequency_hz pair", "$unit"] = None
+    noise: Annotated[Array | None, "frequency_hz pair", "$unit"] = None
+    coherence: Annotated[Array | None, "frequency_hz pair"] = None
+    gap: Annotated[Array | None, "pair"] = None
+    relative_error: Annotated[Array, "pair"]
+    frac: Annotated[Array, "pair"]
+    area_error: Annotated[Array, "pair"]
 
     @property
     def moved(self) -> Mask:
@@ -93,7 +93,7 @@ class MeasurementResult:
     use: str
     file: str
     sha256: str
-    posture_deg: Array
+    posture_deg: Annotated[Array, "joint"]
     gap: float
     geometry: Geometry
     modes: Modes
@@ -108,9 +108,9 @@ class PublishedValues:
     """
 
     source: str
-    value: Array
-    frequency_hz: Array
-    damping_ratio: Array
+    value: Annotated[Array, "parameter", "see parameters/unit"]
+    frequency_hz: Annotated[Array, "mode"]
+    damping_ratio: Annotated[Array, "mode"]
 
 
 @dataclass(frozen=True)
@@ -119,10 +119,10 @@ class ProfileCurve:
     3.84 (95 %), NaN if nowhere.
     """
 
-    values: Array
-    rise: Array
-    low: float
-    high: float
+    values: Annotated[Array, "values", "see parameters/unit"]
+    rise: Annotated[Array, "values"]
+    low: Annotated[float, "", "see parameters/unit"]
+    high: Annotated[float, "", "see parameters/unit"]
 
 
 @dataclass(frozen=True)
@@ -138,17 +138,17 @@ class StatedUncertainty:
     search scale, then of the errors over what was stated; None in files of before 0.2.
     """
 
-    kind: Texts
-    place: Texts
-    change: Texts
-    unit: Texts
-    stated: Array
-    shift: Array
-    spread: Array
-    sentences: Texts
-    kinds: Texts
-    parts: Array
-    root: Array | None = None
+    kind: Annotated[Texts, "error"]
+    place: Annotated[Texts, "error"]
+    change: Annotated[Texts, "error"]
+    unit: Annotated[Texts, "error"]
+    stated: Annotated[Array, "error", "$unit"]
+    shift: Annotated[Array, "error"]
+    spread: Annotated[Array, "error"]
+    sentences: Annotated[Texts, "statement"]
+    kinds: Annotated[Texts, "kinds"]
+    parts: Annotated[Array, "parameter kinds"]
+    root: Annotated[Array | None, "unknown unknown_again"] = None
 
 
 @dataclass(frozen=True)
@@ -170,19 +170,19 @@ class FitResult(KeyedHeader):
 
     KIND: ClassVar[str] = "fit"
     seed: int
-    effects: Texts
+    effects: Annotated[Texts, "effect"]
     cost_kind: str
     cost: float
     gap: float
     gap_validation: float
     converged: bool
     parameters: ParameterTable
-    correlation: Array
-    singular_values: Array
-    directions: Array
-    inseparable: Texts
+    correlation: Annotated[Array, "free free_again"]
+    singular_values: Annotated[Array, "combination"]
+    directions: Annotated[Array, "combination free"]
+    inseparable: Annotated[Texts, "inseparable_pair"]
     starts: StartTable
-    history: Array
+    history: Annotated[Array, "progress progress_column", "see documentation"]
     measurements: dict[str, MeasurementResult]
     published: PublishedValues | None
     profiles: dict[str, ProfileCurve]

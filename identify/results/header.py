@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from identify.core.arrays import Texts
 from identify.results.file import LAYOUT
@@ -20,8 +20,8 @@ class Header:
     layout: int = LAYOUT
     kind: str = ""
     name: str
-    verdict: Texts
-    notes: Texts
+    verdict: Annotated[Texts, "verdict_sentence"]
+    notes: Annotated[Texts, "note"]
     seconds: float
     provenance: Provenance
 

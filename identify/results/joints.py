@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 from identify.core.arrays import Array, Texts
 from identify.results.header import Header
@@ -17,14 +17,14 @@ class JointValues:
     description says, or NaN.
     """
 
-    name: Texts
-    unit: Texts
-    value: Array
-    low_95: Array
-    high_95: Array
-    status: Texts
-    expected: Array
-    meaning: Texts
+    name: Annotated[Texts, "name"]
+    unit: Annotated[Texts, "name"]
+    value: Annotated[Array, "name", "$unit"]
+    low_95: Annotated[Array, "name", "$unit"]
+    high_95: Annotated[Array, "name", "$unit"]
+    status: Annotated[Texts, "name"]
+    expected: Annotated[Array, "name", "$unit"]
+    meaning: Annotated[Texts, "name"]
 
 
 @dataclass(frozen=True)
@@ -34,8 +34,8 @@ class Series:
     """
 
     look: str
-    x: Array
-    y: Array
+    x: Annotated[Array, "x", "$x_unit"]
+    y: Annotated[Array, "x", "$y_unit"]
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,12 @@ class CurveResult:
     title: str
     kind: str
     unit: str
-    rms: float
+    rms: Annotated[float, "", "$unit"]
     samples: int
     values: JointValues
     panels: dict[str, Panel]
-    said: Texts
-    notes: Texts
+    said: Annotated[Texts, "statement"]
+    notes: Annotated[Texts, "curve_note"]
     robot: str = ""
 
 

@@ -1,20 +1,29 @@
 """What the arrays of results stand over and in which unit: the labels of result files, of `to_xarray` and of
 the documentation.
 
-A dimension is named by the field that holds its labels, where there is one: `value (name)` stands over the
-texts of `name`, `measured (frequency_hz, pair)` over the lines.
+A field of a result says them in its type, `Annotated[Array, "frequency_hz pair", "$unit"]`: the dimensions,
+and the unit where its name does not end with it; `$unit`: as the field `unit` says.  A dimension is named by
+the field that holds its labels, where there is one: `value (name)` stands over the texts of `name`, `measured
+(frequency_hz, pair)` over the lines.
+
+`to_xarray` makes of a result the tree of xarray that `xarray.open_datatree` makes of its file.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import typing
 from collections.abc import Mapping, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 
-from identify.results.label_table import ARRAYS
+from identify.core.errors import InputError
+from identify.results.record import group_name
+
+if TYPE_CHECKING:
+    from xarray import DataTree
 
 FIXED = dict.fromkeys(("axis", "response", "force"), ("x", "y", "z"))
 """Labels of dimensions that no field holds, by name: the base's axes, or those of what a class says."""
@@ -79,7 +88,7 @@ class Level(NamedTuple):
 def level(item: Any, above: Level | None = None) -> Level:
     """The fields of a dataclass or the members of a mapping, without those that are None.
 
-    An array that is not as its class says, and those of classes that are not in the table, stand over
+    An array that is not as its class says, and one that has no dimensions, stand over
     dimensions of their own.
     """
     around, sizes = (above.objects, dict(above.sizes)) if above else ((), {})
@@ -102,15 +111,14 @@ def level(item: Any, above: Level | None = None) -> Level:
 
 @cache
 def declared(kind: type) -> dict[str, tuple[tuple[str, ...], str]]:
-    """Dimensions and unit of the fields of a class, as the table says; `$field` for a unit that a field
-    says.
+    """Dimensions and unit of the fields of a class, as their annotations say; `$field` for a unit that a
+    field says.
     """
     found = {}
-    for one in reversed(kind.__mro__):
-        for dims, fields in ARRAYS.get(one.__name__, {}).items():
-            for text in fields.split():
-                name, _, unit = text.partition("=")
-                found[name] = tuple(dims.split()), unit or unit_of_name(name)
+    for name, hint in typing.get_type_hints(kind, include_extras=True).items():
+        if typing.get_origin(hint) is Annotated:
+            dims, *unit = hint.__metadata__
+            found[name] = tuple(dims.split()), unit[0] if unit else unit_of_name(name)
     return found
 
 
@@ -129,7 +137,7 @@ def _new(name: str, size: int, sizes: Mapping[str, int]) -> str:
 def _in_words(unit: str, objects: Sequence[Any]) -> str:
     """A unit; of one that a field says, that of the innermost object that has it."""
     if not unit.startswith("$"):
-        return unit.replace("~", " ")
+        return unit
     said = next((getattr(one, unit[1:]) for one in reversed(objects) if hasattr(one, unit[1:])), "")
     return said if isinstance(said, str) else f"see {unit[1:]}"
 
@@ -140,3 +148,31 @@ def _shape(value: Any) -> tuple[int, ...]:
 
 def _is_text(value: Any) -> bool:
     return isinstance(value, (str, tuple))
+
+
+def tree_of(result: Any) -> DataTree:
+    """Groups, dimensions, labels and units of a result; InputError where xarray is not installed."""
+    try:
+        from xarray import DataTree  # noqa: PLC0415  an extra, which the command line never needs
+    except ImportError as error:
+        fix = "install the extra: `python -m pip install xarray`, or `.[notebook]` in place of `.`"
+        raise InputError("to_xarray", "no xarray in this Python", "xarray", fix) from error
+    groups: dict[str, Any] = {}
+    _collect(level(result), "/", {}, groups)
+    tree: DataTree = DataTree.from_dict(groups, name=result.name)
+    tree.attrs["layout"] = result.layout
+    return tree
+
+
+def _collect(own: Level, path: str, known: Mapping[str, Any], groups: dict[str, Any]) -> None:
+    """The group at a path and all in it as datasets; known: the dimensions of the groups around it."""
+    from xarray import Dataset  # noqa: PLC0415
+
+    labels = own.labels(known)
+    held = [Labelled(name, found, (name,)) for name, (_, found) in labels.items() if found is not None]
+    held += [one for one in own.fields if not one.is_group and one.name != "layout"]
+    groups[path] = Dataset({one.name: (one.dims, np.asarray(one.value), {"units": one.unit}) for one in held})
+    for one in own.fields:
+        if one.is_group:
+            inner = f"{path.rstrip('/')}/{group_name(one.name)}"
+            _collect(level(one.value, own), inner, {**known, **labels}, groups)

@@ -5,7 +5,7 @@ writer: `identify.results.file`).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,19 +22,19 @@ class PostureRows:
     3): the same at rest; peak (n, 3): its largest size over the lines along each axis.
     """
 
-    name: Texts
-    posture_deg: Array
-    tool_m: Array
-    frequency_hz: Array
-    frequency_low_95: Array
-    frequency_high_95: Array
-    damping_ratio: Array
-    damping_low_95: Array
-    damping_high_95: Array
-    compliance_m_per_n: Array
-    receptance_m_per_n: NDArray[np.complex64]
-    band_95: NDArray[np.float32]
-    peak_m_per_n: Array
+    name: Annotated[Texts, "name"]
+    posture_deg: Annotated[Array, "name joints"]
+    tool_m: Annotated[Array, "name axis"]
+    frequency_hz: Annotated[Array, "name mode"]
+    frequency_low_95: Annotated[Array, "name mode", "Hz"]
+    frequency_high_95: Annotated[Array, "name mode", "Hz"]
+    damping_ratio: Annotated[Array, "name mode"]
+    damping_low_95: Annotated[Array, "name mode"]
+    damping_high_95: Annotated[Array, "name mode"]
+    compliance_m_per_n: Annotated[Array, "name response force"]
+    receptance_m_per_n: Annotated[NDArray[np.complex64], "name line_hz response force"]
+    band_95: Annotated[NDArray[np.float32], "name line_hz response force", "m/N"]
+    peak_m_per_n: Annotated[Array, "name axis"]
 
 
 SAME = ("feed_deg",)
@@ -52,13 +52,13 @@ class LimitRows:
 
     kind: str
     about: str
-    most: float
-    feed_deg: Array
-    value: Array
-    low_95: Array
-    high_95: Array
-    chatter_hz: Array
-    rpm: Array
+    most: Annotated[float, "", "see kind"]
+    feed_deg: Annotated[Array, "feed_deg"]
+    value: Annotated[Array, "posture feed_deg", "see kind"]
+    low_95: Annotated[Array, "posture feed_deg", "see kind"]
+    high_95: Annotated[Array, "posture feed_deg", "see kind"]
+    chatter_hz: Annotated[Array, "posture feed_deg"]
+    rpm: Annotated[Array, "posture feed_deg"]
 
 
 @dataclass(frozen=True)
@@ -70,18 +70,18 @@ class CorrectionRows:
     known: the share of the variance before any data that these have taken away, 0 far from all of them.
     """
 
-    frequency_hz: Array
-    frequency_low_95: Array
-    frequency_high_95: Array
-    frequency_known: Array
-    damping_ratio: Array
-    damping_low_95: Array
-    damping_high_95: Array
-    damping_known: Array
-    peak_m_per_n: Array
-    peak_low_95: Array
-    peak_high_95: Array
-    peak_known: Array
+    frequency_hz: Annotated[Array, "posture mode"]
+    frequency_low_95: Annotated[Array, "posture mode", "Hz"]
+    frequency_high_95: Annotated[Array, "posture mode", "Hz"]
+    frequency_known: Annotated[Array, "posture mode"]
+    damping_ratio: Annotated[Array, "posture mode"]
+    damping_low_95: Annotated[Array, "posture mode"]
+    damping_high_95: Annotated[Array, "posture mode"]
+    damping_known: Annotated[Array, "posture mode"]
+    peak_m_per_n: Annotated[Array, "posture axis"]
+    peak_low_95: Annotated[Array, "posture axis", "m/N"]
+    peak_high_95: Annotated[Array, "posture axis", "m/N"]
+    peak_known: Annotated[Array, "posture axis"]
 
 
 @dataclass(frozen=True)
@@ -91,14 +91,14 @@ class ProcessTable:
     which turn of the joints it is another; its correlation between robots of a type (1: one robot); scatter.
     """
 
-    quantity: Texts
-    numbers: NDArray[np.int_]
-    postures: NDArray[np.int_]
-    log_odds: Array
-    amplitude: Array
-    length_deg: Array
-    shared: Array
-    scatter: Array
+    quantity: Annotated[Texts, "quantity"]
+    numbers: Annotated[NDArray[np.int_], "quantity"]
+    postures: Annotated[NDArray[np.int_], "quantity"]
+    log_odds: Annotated[Array, "quantity"]
+    amplitude: Annotated[Array, "quantity"]
+    length_deg: Annotated[Array, "quantity"]
+    shared: Annotated[Array, "quantity"]
+    scatter: Annotated[Array, "quantity"]
 
 
 @dataclass(frozen=True)
@@ -107,14 +107,14 @@ class LeftOutTable:
     beside the model and what all other postures make of it, with 95 % limits.
     """
 
-    measurement: Texts
-    quantity: Texts
-    item: NDArray[np.int_]
-    measured: Array
-    model: Array
-    corrected: Array
-    low_95: Array
-    high_95: Array
+    measurement: Annotated[Texts, "number"]
+    quantity: Annotated[Texts, "number"]
+    item: Annotated[NDArray[np.int_], "number"]
+    measured: Annotated[Array, "number", "see quantity"]
+    model: Annotated[Array, "number", "see quantity"]
+    corrected: Annotated[Array, "number", "see quantity"]
+    low_95: Annotated[Array, "number", "see quantity"]
+    high_95: Annotated[Array, "number", "see quantity"]
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ class Learnt:
 
     processes: ProcessTable
     left_out: LeftOutTable
-    like: Texts
+    like: Annotated[Texts, "like_file"]
 
 
 @dataclass(frozen=True)
@@ -149,8 +149,8 @@ class MapResult(Header):
     workers: str
     model: str
     tool: str
-    joints: Texts
-    line_hz: Array
+    joints: Annotated[Texts, "joints"]
+    line_hz: Annotated[Array, "line_hz"]
     rows: PostureRows
     limit: LimitRows | None = None
     correction: CorrectionRows | None = None

@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,20 +30,20 @@ class ModeTable:
     m); doubt (m,): what of a mode is doubtful, "" where nothing is, empty in results that are older.
     """
 
-    frequency_hz: Array
-    frequency_std_hz: Array
-    damping_ratio: Array
-    damping_std: Array
-    seen_frequency_hz: Array
-    seen_damping_ratio: Array
-    mpc: Array
-    mpd_deg: Array
-    channels: Texts
-    shapes: Complex
-    references: Texts
-    participation: Complex
-    auto_mac: Array
-    doubt: Texts = ()
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    frequency_std_hz: Annotated[Array, "frequency_hz"]
+    damping_ratio: Annotated[Array, "frequency_hz"]
+    damping_std: Annotated[Array, "frequency_hz"]
+    seen_frequency_hz: Annotated[Array, "frequency_hz"]
+    seen_damping_ratio: Annotated[Array, "frequency_hz"]
+    mpc: Annotated[Array, "frequency_hz"]
+    mpd_deg: Annotated[Array, "frequency_hz"]
+    channels: Annotated[Texts, "channels"]
+    shapes: Annotated[Complex, "frequency_hz channels"]
+    references: Annotated[Texts, "references"]
+    participation: Annotated[Complex, "frequency_hz references"]
+    auto_mac: Annotated[Array, "frequency_hz mode_again"]
+    doubt: Annotated[Texts, "frequency_hz"] = ()
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,13 @@ class RejectedPoles:
     that are older; presence: part of the orders they appear in.
     """
 
-    frequency_hz: Array
-    damping_ratio: Array
-    presence: Array
-    mpc: Array
-    mpd_deg: Array
-    reason: Texts
-    why: Texts = ()
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    damping_ratio: Annotated[Array, "frequency_hz"]
+    presence: Annotated[Array, "frequency_hz"]
+    mpc: Annotated[Array, "frequency_hz"]
+    mpd_deg: Annotated[Array, "frequency_hz"]
+    reason: Annotated[Texts, "frequency_hz"]
+    why: Annotated[Texts, "frequency_hz"] = ()
 
 
 @dataclass(frozen=True)
@@ -70,13 +70,13 @@ class StabilisationDiagram:
     nothing; empty in results that are older.
     """
 
-    order: NDArray[np.int_]
-    frequency_hz: Array
-    damping_ratio: Array
-    stable: NDArray[np.bool_]
-    line_hz: Array
-    indicator: Array
-    mark: NDArray[np.int_] = field(default_factory=lambda: np.zeros(0, dtype=int))
+    order: Annotated[NDArray[np.int_], "pole"]
+    frequency_hz: Annotated[Array, "pole"]
+    damping_ratio: Annotated[Array, "pole"]
+    stable: Annotated[NDArray[np.bool_], "pole"]
+    line_hz: Annotated[Array, "line_hz"]
+    indicator: Annotated[Array, "line_hz reference", "see ../frf/unit"]
+    mark: Annotated[NDArray[np.int_], "pole"] = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     def marked(self) -> list[tuple[str, NDArray[np.bool_]]]:
         """What choices did, and to which poles (n,); only what they did to some."""
@@ -90,11 +90,11 @@ class Reciprocity:
     error relative to both.
     """
 
-    a: Texts
-    b: Texts
-    frac: Array
-    level: Array
-    error: Array
+    a: Annotated[Texts, "channels"]
+    b: Annotated[Texts, "channels"]
+    frac: Annotated[Array, "channels"]
+    level: Annotated[Array, "channels"]
+    error: Annotated[Array, "channels"]
 
 
 @dataclass(frozen=True)
@@ -103,12 +103,12 @@ class Tones:
     stated; kurtosis of the complex amplitude, 1 for a tone, 2 for noise; share of the power of all channels.
     """
 
-    frequency_hz: Array
-    width_hz: Array
-    kurtosis: Array
-    share: Array
-    multiple: NDArray[np.int_]
-    speed_hz: Array
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    width_hz: Annotated[Array, "frequency_hz"]
+    kurtosis: Annotated[Array, "frequency_hz"]
+    share: Annotated[Array, "frequency_hz"]
+    multiple: Annotated[NDArray[np.int_], "frequency_hz"]
+    speed_hz: Annotated[Array, "frequency_hz"]
 
 
 @dataclass(frozen=True)
@@ -122,12 +122,12 @@ class ShapeScaling:
 
     method: str
     source: str
-    modal_mass_kg: Array
-    modal_mass_std_kg: Array
-    partner_hz: Array
-    reason: Texts
-    added_node: NDArray[np.int_]
-    added_kg: Array
+    modal_mass_kg: Annotated[Array, "mode"]
+    modal_mass_std_kg: Annotated[Array, "mode"]
+    partner_hz: Annotated[Array, "mode"]
+    reason: Annotated[Texts, "mode"]
+    added_node: Annotated[NDArray[np.int_], "added"]
+    added_kg: Annotated[Array, "added"]
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ class OutputOnly:
 
     seconds: float
     blocks: int
-    shape_std: Array
+    shape_std: Annotated[Array, "mode channel"]
     tones: Tones
     teeth: int
     scaling: ShapeScaling | None = None
@@ -156,11 +156,11 @@ class SetupPoles:
     where it is not known, and its standard deviation.
     """
 
-    setup: Texts
-    frequency_hz: Array
-    own_hz: Array
-    own_damping_ratio: Array
-    expected_hz: Array
+    setup: Annotated[Texts, "setup"]
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    own_hz: Annotated[Array, "frequency_hz setup"]
+    own_damping_ratio: Annotated[Array, "frequency_hz setup"]
+    expected_hz: Annotated[Array, "frequency_hz setup"]
     agree: bool
     together: bool
     unexplained: float
@@ -183,7 +183,7 @@ class AnalysedMeasurement:
     name: str
     file: str
     sha256: str
-    posture_deg: Array
+    posture_deg: Annotated[Array, "joint"]
     estimator: str
     highest_order: int
     total_error: float
@@ -193,7 +193,7 @@ class AnalysedMeasurement:
     reciprocity: Reciprocity
     frf: FrfComparison
     geometry: Geometry | None
-    shapes: Complex | None
+    shapes: Annotated[Complex | None, "mode point axis"]
     parts: int = 1
     output_only: OutputOnly | None = None
     setups: SetupPoles | None = None

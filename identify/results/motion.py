@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -20,7 +20,7 @@ class Trace:
     """A signal of all joints over the times of its record: values (samples, joints) in `unit`."""
 
     unit: str
-    values: Array
+    values: Annotated[Array, "tick column", "$unit"]
 
 
 @dataclass(frozen=True)
@@ -33,13 +33,13 @@ class TrajectoryComparison:
     """
 
     unit: str
-    time_s: Array
-    measured: Array
-    initial: Array | None
-    simulated: Array
-    noise: float
-    rms: Array
-    rms_initial: Array | None
+    time_s: Annotated[Array, "time_s"]
+    measured: Annotated[Array, "time_s joints", "$unit"]
+    initial: Annotated[Array | None, "time_s joints", "$unit"]
+    simulated: Annotated[Array, "time_s joints", "$unit"]
+    noise: Annotated[float, "", "$unit"]
+    rms: Annotated[Array, "phases joints", "$unit"]
+    rms_initial: Annotated[Array | None, "phases joints", "$unit"]
 
 
 @dataclass(frozen=True)
@@ -49,10 +49,10 @@ class Glitches:
     and of the end the largest difference, m, that its friction makes there, outwards positive.
     """
 
-    joint: Index
-    angle: Array
-    feedback: Array
-    end: Array
+    joint: Annotated[Index, "glitch"]
+    angle: Annotated[Array, "glitch", "rad"]
+    feedback: Annotated[Array, "glitch", "m"]
+    end: Annotated[Array, "glitch", "m"]
 
 
 @dataclass(frozen=True)
@@ -62,13 +62,13 @@ class ClosedLoopFrfs:
     measured; joint: numbers of outputs and inputs, from 1.
     """
 
-    start_deg: Array
-    joint: Index
-    frequency_hz: Array
-    velocity: Complex
-    acceleration: Complex | None
-    velocity_measured: Complex | None
-    acceleration_measured: Complex | None
+    start_deg: Annotated[Array, "joints"]
+    joint: Annotated[Index, "excited"]
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    velocity: Annotated[Complex, "frequency_hz output input", "rad/s/(N m)"]
+    acceleration: Annotated[Complex | None, "frequency_hz output input", "rad/s^2/(N m)"]
+    velocity_measured: Annotated[Complex | None, "frequency_hz output input", "rad/s/(N m)"]
+    acceleration_measured: Annotated[Complex | None, "frequency_hz output input", "rad/s^2/(N m)"]
 
 
 @dataclass(frozen=True)
@@ -85,12 +85,12 @@ class RecordResult:
     use: str
     file: str
     sha256: str
-    start_deg: Array
-    time_s: Array
+    start_deg: Annotated[Array, "joints"]
+    time_s: Annotated[Array, "tick"]
     signals: dict[str, Trace]
     comparisons: dict[str, TrajectoryComparison]
-    phases: Texts
-    phase_s: Array
+    phases: Annotated[Texts, "phases"]
+    phase_s: Annotated[Array, "phases end"]
     gap: float
     paths: dict[str, Trace] | None = None
     circles: dict[str, CircularTest] | None = None
@@ -104,12 +104,12 @@ class TrialTable:
     whether it stayed (1), and the odds for it (natural logarithm; NaN in files of old).
     """
 
-    name: Texts
-    round: Array
-    gap: Array
-    gap_validation: Array
-    kept: Array
-    log_odds: Array = field(default_factory=lambda: np.zeros(0))
+    name: Annotated[Texts, "name"]
+    round: Annotated[Array, "name"]
+    gap: Annotated[Array, "name"]
+    gap_validation: Annotated[Array, "name"]
+    kept: Annotated[Array, "name"]
+    log_odds: Annotated[Array, "name"] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,8 +125,8 @@ class MotionResult(KeyedHeader):
 
     KIND: ClassVar[str] = "motion"
     seed: int
-    effects: Texts
-    joints: Texts
+    effects: Annotated[Texts, "effect"]
+    joints: Annotated[Texts, "joints"]
     step_s: float
     period_s: float
     realtime_factor: float
@@ -134,9 +134,9 @@ class MotionResult(KeyedHeader):
     gap_validation: float
     converged: bool
     parameters: ParameterTable | None
-    correlation: Array | None
+    correlation: Annotated[Array | None, "free_number free_again"]
     starts: StartTable | None
-    history: Array | None
+    history: Annotated[Array | None, "progress progress_column", "see documentation"]
     trials: TrialTable | None
     records: dict[str, RecordResult]
     free: int = 0

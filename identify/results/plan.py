@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,12 +19,12 @@ class PromisedTable:
     (inf where nothing is known), after this test, and after a test of the same size at random (median).
     """
 
-    name: Texts
-    unit: Texts
-    value: Array
-    now: Array
-    promised: Array
-    random: Array
+    name: Annotated[Texts, "name"]
+    unit: Annotated[Texts, "name"]
+    value: Annotated[Array, "name", "$unit"]
+    now: Annotated[Array, "name"]
+    promised: Annotated[Array, "name"]
+    random: Annotated[Array, "name"]
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Worth:
     left out; infinite where it is the only one.
     """
 
-    postures: Array
-    impacts: Array
-    sensors: Array
+    postures: Annotated[Array, "postures"]
+    impacts: Annotated[Array, "impacts"]
+    sensors: Annotated[Array, "sensors"]
 
 
 @dataclass(frozen=True)
@@ -60,19 +60,19 @@ class PlanResult(Header):
 
     KIND: ClassVar[str] = "plan"
     criterion: str
-    joints: Texts
-    posture_deg: Array
-    impacts: Texts
-    sensors: NDArray[np.int_]
-    sensor_names: Texts
-    sensor_links: Texts
-    sensor_m: Array
-    sensor_axes: Array
-    level: Array
-    noise_floor: float
-    band_hz: Array
+    joints: Annotated[Texts, "joints"]
+    posture_deg: Annotated[Array, "posture joints"]
+    impacts: Annotated[Texts, "impacts"]
+    sensors: Annotated[NDArray[np.int_], "sensors"]
+    sensor_names: Annotated[Texts, "sensors"]
+    sensor_links: Annotated[Texts, "sensors"]
+    sensor_m: Annotated[Array, "sensors axis"]
+    sensor_axes: Annotated[Array, "sensors direction axis"]
+    level: Annotated[Array, "posture impacts sensors", "m/s^2/N"]
+    noise_floor: Annotated[float, "", "m/s^2/N"]
+    band_hz: Annotated[Array, "edge"]
     resolution_hz: float
-    candidates: NDArray[np.int_]
+    candidates: Annotated[NDArray[np.int_], "of"]
     random_ratio: float
     promised: PromisedTable
     study: str

@@ -1,5 +1,6 @@
 """A result made of what its file holds: every field of its class has the type that the class says, or the
-file is damaged.
+file is damaged.  Names that users give are names of groups in HDF5, without blanks: `day1/posture 1` is
+one, no path.
 """
 
 from __future__ import annotations
@@ -8,16 +9,18 @@ import dataclasses
 import types
 import typing
 from typing import Any, TypeVar, Union
+from urllib.parse import quote, unquote
 
 import numpy as np
 
 from identify.core.errors import InputError
 from identify.core.tree import Group, Unread
-from identify.results.names import ENCODED, key_of
 
 T = TypeVar("T")
 _EXPECTED = "a whole result file"
 _FIX = "transfer it again, or run the fit again"
+ENCODED = "name_encoded"
+"""Attribute of a group whose name stands for another one; files from before have none."""
 
 
 def record_of(group: Group, kind: type[T], where: str) -> T:
@@ -92,3 +95,16 @@ def _typed(found: Any, kind: Any, words: str, where: str) -> Any:
         return found
     held = "nothing" if found is None else found.kind if isinstance(found, Unread) else type(found).__name__
     raise InputError(where, f"holds {held}", words, _FIX)
+
+
+def group_name(key: str) -> str:
+    """The name of the group for a key: itself, or percent-encoded where it has blanks or would be a path; no
+    two keys have the same.
+    """
+    plain = key.isprintable() and not set(key) & set("/% ") and key not in ("", ".", "..")
+    return key if plain else quote(key, safe="").replace(".", "%2E") or "%"
+
+
+def key_of(name: str, encoded: bool) -> str:
+    """The key that a group's name stands for."""
+    return unquote(name) if encoded and name != "%" else "" if encoded else name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +20,12 @@ class DepthLimits:
     zeroth_order: the same from the mean of the cut alone, of which the bands' relative width is.
     """
 
-    rpm: Array
-    depth_m: Array
-    low_95: Array
-    high_95: Array
-    chatter_hz: Array
-    zeroth_order: Array
+    rpm: Annotated[Array, "rpm"]
+    depth_m: Annotated[Array, "rpm"]
+    low_95: Annotated[Array, "rpm", "m"]
+    high_95: Annotated[Array, "rpm", "m"]
+    chatter_hz: Annotated[Array, "rpm"]
+    zeroth_order: Annotated[Array, "rpm", "m"]
 
 
 @dataclass(frozen=True)
@@ -34,10 +34,10 @@ class LimitChecks:
     hysteretic damping, which no equation in time has.
     """
 
-    rpm: Array
-    zeroth_order: Array
-    multi_frequency: Array
-    semi_discretization: Array | None
+    rpm: Annotated[Array, "rpm"]
+    zeroth_order: Annotated[Array, "rpm", "m"]
+    multi_frequency: Annotated[Array, "rpm", "m"]
+    semi_discretization: Annotated[Array | None, "rpm", "m"]
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,9 @@ class TipReceptance:
     band.
     """
 
-    line_hz: Array
-    receptance: NDArray[np.complex64]
-    band_95: NDArray[np.float32]
+    line_hz: Annotated[Array, "line_hz"]
+    receptance: Annotated[NDArray[np.complex64], "line_hz tool_response tool_force", "m/N"]
+    band_95: Annotated[NDArray[np.float32], "line_hz tool_response tool_force", "m/N"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,19 +66,19 @@ class StabilityResult(Header):
     tool: str
     place: str
     source: str
-    joints: Texts
-    posture_deg: Array
-    tip_m: Array
-    axes: Array
-    engagement_deg: Array
-    cutting: Array
+    joints: Annotated[Texts, "joints"]
+    posture_deg: Annotated[Array, "joints"]
+    tip_m: Annotated[Array, "axis"]
+    axes: Annotated[Array, "tool_axis axis"]
+    engagement_deg: Annotated[Array, "entry_and_exit"]
+    cutting: Annotated[Array, "cutting_direction", "N/m^2"]
     max_depth_m: float
     draws: int
     limits: DepthLimits
     checks: LimitChecks
-    coupling: Array
-    feed_deg: Array
-    feed_depth_m: Array
-    mode_hz: Array
-    mode_damping: Array
+    coupling: Annotated[Array, "coupling_value", "m, the last Hz"]
+    feed_deg: Annotated[Array, "feed_deg"]
+    feed_depth_m: Annotated[Array, "feed_deg"]
+    mode_hz: Annotated[Array, "mode"]
+    mode_damping: Annotated[Array, "mode"]
     tip: TipReceptance

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +17,18 @@ class ParameterTable:
     fixed.  The limits may be wider: they hold what the ends of links that bend leave open of joints, too.
     """
 
-    name: Texts
-    unit: Texts
-    initial: Array
-    value: Array
-    lower: Array
-    upper: Array
-    log: NDArray[np.bool_]
-    free: NDArray[np.bool_]
-    std: Array
-    low_95: Array
-    high_95: Array
-    status: Texts
+    name: Annotated[Texts, "name"]
+    unit: Annotated[Texts, "name"]
+    initial: Annotated[Array, "name", "$unit"]
+    value: Annotated[Array, "name", "$unit"]
+    lower: Annotated[Array, "name", "$unit"]
+    upper: Annotated[Array, "name", "$unit"]
+    log: Annotated[NDArray[np.bool_], "name"]
+    free: Annotated[NDArray[np.bool_], "name"]
+    std: Annotated[Array, "name", "see log"]
+    low_95: Annotated[Array, "name", "$unit"]
+    high_95: Annotated[Array, "name", "$unit"]
+    status: Annotated[Texts, "name"]
 
 
 @dataclass(frozen=True)
@@ -36,13 +37,13 @@ class StartTable:
     ended.
     """
 
-    initial: Array
-    final: Array
-    cost: Array
-    evaluations: Array
-    seconds: Array
-    converged: NDArray[np.bool_]
-    sentence: Texts
+    initial: Annotated[Array, "start parameter", "see parameters/unit"]
+    final: Annotated[Array, "start parameter", "see parameters/unit"]
+    cost: Annotated[Array, "start"]
+    evaluations: Annotated[Array, "start"]
+    seconds: Annotated[Array, "start"]
+    converged: Annotated[NDArray[np.bool_], "start"]
+    sentence: Annotated[Texts, "start"]
 
 
 @dataclass(frozen=True)
@@ -53,13 +54,13 @@ class Bodies:
     bare (k - 1,): parts of the skeleton for which no triangles stand; missing: why, in sentences.
     """
 
-    links: Texts
-    pose: Array
-    vertices: Array
-    of_link: NDArray[np.int_]
-    triangles: NDArray[np.int_]
-    bare: NDArray[np.bool_]
-    missing: Texts = ()
+    links: Annotated[Texts, "links"]
+    pose: Annotated[Array, "links row column"]
+    vertices: Annotated[Array, "vertex axis", "m"]
+    of_link: Annotated[NDArray[np.int_], "vertex"]
+    triangles: Annotated[NDArray[np.int_], "triangle corner"]
+    bare: Annotated[NDArray[np.bool_], "skeleton_part"]
+    missing: Annotated[Texts, "missing"] = ()
 
     @property
     def placed(self) -> Array:
@@ -86,14 +87,14 @@ class Geometry:
     the links look like, where the robot's description says it.
     """
 
-    nodes: NDArray[np.int_]
-    point_names: Texts
-    point_links: Texts
-    points: Array
-    skeleton: Array
-    segments: NDArray[np.int_] | None = None
-    axes: Array | None = None
-    skeleton_links: Texts | None = None
+    nodes: Annotated[NDArray[np.int_], "nodes"]
+    point_names: Annotated[Texts, "nodes"]
+    point_links: Annotated[Texts, "nodes"]
+    points: Annotated[Array, "nodes axis", "m"]
+    skeleton: Annotated[Array, "skeleton_place axis", "m"]
+    segments: Annotated[NDArray[np.int_] | None, "segment end"] = None
+    axes: Annotated[Array | None, "nodes direction axis"] = None
+    skeleton_links: Annotated[Texts | None, "skeleton_part"] = None
     bodies: Bodies | None = None
 
 
@@ -103,11 +104,11 @@ class Modes:
     (m, k, 3), base axes; of each drawn body (m, b, 6) the shift of its middle and its turn, base axes.
     """
 
-    frequency_hz: Array
-    damping_ratio: Array
-    point_shapes: Complex
-    skeleton_shapes: Complex
-    body_shapes: Complex | None = None
+    frequency_hz: Annotated[Array, "frequency_hz"]
+    damping_ratio: Annotated[Array, "frequency_hz"]
+    point_shapes: Annotated[Complex, "frequency_hz point axis"]
+    skeleton_shapes: Annotated[Complex, "frequency_hz skeleton_place axis"]
+    body_shapes: Annotated[Complex | None, "frequency_hz body shift_and_turn"] = None
 
 
 @dataclass(frozen=True)
@@ -116,9 +117,9 @@ class SettingTable:
     (`identify.results.setting_table`).
     """
 
-    key: Texts
-    value: Texts
-    source: Texts
+    key: Annotated[Texts, "key"]
+    value: Annotated[Texts, "key"]
+    source: Annotated[Texts, "key"]
 
 
 @dataclass(frozen=True)
@@ -128,11 +129,11 @@ class Provenance:
     identify: str
     python: str
     platform: str
-    packages: Texts
+    packages: Annotated[Texts, "package"]
     written: str
     config_path: str
     config_sha256: str
     config: str
-    input_files: Texts
-    input_sha256: Texts
+    input_files: Annotated[Texts, "input_files"]
+    input_sha256: Annotated[Texts, "input_files"]
     settings: SettingTable | None = None

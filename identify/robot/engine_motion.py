@@ -128,44 +128,13 @@ class MovingArm:
         mujoco.mj_jac(self.model, self._data, linear, angular, place, body)
         return place, turn, np.vstack([linear, angular])
 
-    def frame_accelerations(
-        self, position: Array, velocity: Array, acceleration: Array, frame: str
-    ) -> tuple[Array, Array, Array]:
-        """Of a frame during a motion (samples, n) each: the turn (samples, 3, 3) of its axes, the Jacobian
-        (samples, 6, n) of its origin's velocity and of its angular velocity, and (samples, 9) acceleration of
-        the origin less gravity, angular velocity and angular acceleration, all in the base's axes.
-        """
-        body, pose = self._fixed_pose(frame)
-        data, nv = self._data, self.model.nv
-        turn, jacobian = np.empty((len(position), 3, 3)), np.zeros((len(position), 6, nv))
-        rate, moved = np.zeros((6, nv)), np.empty((len(position), 9))
-        moved[:, :3] = -self.model.opt.gravity
-        for number, (q, v, a) in enumerate(zip(position, velocity, acceleration, strict=True)):
-            data.qpos[:], data.qvel[:] = q, v
-            mujoco.mj_kinematics(self.model, data)
-            mujoco.mj_comPos(self.model, data)
-            mujoco.mj_comVel(self.model, data)
-            axes, own = data.xmat[body].reshape(3, 3), jacobian[number]
-            origin = data.xpos[body] + axes @ pose[:3, 3]
-            mujoco.mj_jac(self.model, data, own[:3], own[3:], origin, body)
-            mujoco.mj_jacDot(self.model, data, rate[:3], rate[3:], origin, body)
-            accelerated = own @ a + rate @ v
-            turn[number] = axes @ pose[:3, :3]
-            moved[number, :3] += accelerated[:3]
-            moved[number, 3:6], moved[number, 6:] = own[3:] @ v, accelerated[3:]
-        return turn, jacobian, moved
-
     def _fixed(self, frame: str, point: Array) -> tuple[int, Array]:
         """The engine's number of the body that carries a frame, 0 the ground, and a point (3,) of the frame
         in the body's axes.
         """
-        number, pose = self._fixed_pose(frame)
-        return number, pose[:3, :3] @ point + pose[:3, 3]
-
-    def _fixed_pose(self, frame: str) -> tuple[int, Array]:
-        """That number, and the frame's pose (4, 4) in the body's."""
         body, pose = self.mechanism.frame(frame, "points")
-        return 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id), pose
+        number = 0 if body < 0 else int(self.model.body(self.mechanism.bodies[body].name).id)
+        return number, pose[:3, :3] @ point + pose[:3, 3]
 
 
 class Tangent:

@@ -9,8 +9,8 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Robot
+from identify.robot.kinematics import chain
 from identify.robot.pose import turned
-from identify.robot.posture import at_posture
 
 _ROUNDS, _CLOSE, _STEP = 60, 1e-9, 0.4
 """Most steps of a search; squared error (m, rad) at which it ends; longest step, rad."""
@@ -21,23 +21,13 @@ def placed(robot: Robot, posture: Array, frame: str, point: Array) -> tuple[Arra
     """At a posture (joints,), rad: place (3,), m, of a point (3,) of a link or frame, the axes (3, 3) of that
     link as columns, and their motion (6, joints) by the joints, all in the base's axes.
     """
-    mechanism = at_posture(robot, posture)
-    body, inside = mechanism.frame(frame, "reach")
-    pose, axes, origins = np.eye(4), [], []
-    carried = 0  # joints that carry the frame
-    for one in mechanism.bodies[: body + 1]:
-        pose = pose @ one.pose
-        if one.name != "base":
-            axes.append(pose[:3, 2])
-            origins.append(pose[:3, 3])
-            carried += 1
-    whole = pose @ inside
+    link, inside = robot.carrier(frame)
+    number, moving = robot.links.index(robot.link(link, "reach")), chain(robot, posture)
+    whole = moving.poses[number] @ inside
     place = whole[:3, :3] @ point + whole[:3, 3]
-    motion = np.zeros((6, len(posture)))
-    for number in range(carried):
-        motion[:3, number] = np.cross(axes[number], place - origins[number])
-        motion[3:, number] = axes[number]
-    return place, whole[:3, :3], motion
+    [linear] = moving.moved(np.array([number]), place[None])
+    angular = np.where(np.arange(len(posture)) < number, moving.axes.T, 0.0)
+    return place, whole[:3, :3], np.vstack([linear, angular])
 
 
 def reached(

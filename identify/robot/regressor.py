@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, cross_matrix
 from identify.robot.description import Joint, Robot
 
 PAIRS = {"xx": (0, 0), "xy": (0, 1), "xz": (0, 2), "yy": (1, 1), "yz": (1, 2), "zz": (2, 2)}
@@ -89,7 +89,7 @@ def _wrenches(link: _Moved) -> tuple[Array, Array]:
     """
     own = [np.einsum("sji,sj->si", link.turn, vector) for vector in (link.rate, link.change, link.pull)]
     rate, change, pull = own
-    spun, turned = _cross(rate), _cross(change)
+    spun, turned = cross_matrix(rate), cross_matrix(change)
     force, moment = np.zeros((2, len(rate), 3, len(NAMES)))
     for column, (a, b) in enumerate(PAIRS.values()):
         momentum, growth = np.zeros((2, len(rate), 3))
@@ -98,13 +98,5 @@ def _wrenches(link: _Moved) -> tuple[Array, Array]:
         moment[:, :, column] = growth + np.cross(rate, momentum)
     force[:, :, 6:9] = turned + spun @ spun
     force[:, :, 9] = pull
-    moment[:, :, 6:9] = -_cross(pull)
+    moment[:, :, 6:9] = -cross_matrix(pull)
     return link.turn @ force, link.turn @ moment
-
-
-def _cross(vectors: Array) -> Array:
-    """(samples, 3, 3): the matrices of cross products with vectors (samples, 3)."""
-    found = np.zeros((len(vectors), 3, 3))
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        found[:, b, c], found[:, c, b] = -vectors[:, a], vectors[:, a]
-    return found

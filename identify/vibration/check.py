@@ -32,9 +32,8 @@ from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
 from identify.vibration.file_geometry import geometry_findings
 from identify.vibration.given import measurement_names, read_frfs
-from identify.vibration.intervals import intervals
-from identify.vibration.link_ends import left_open
-from identify.vibration.nuisances.sentences import kind_of
+from identify.vibration.intervals import intervals, left_open
+from identify.vibration.nuisances.stated import kind_of
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.rigid_links import rigid_link_findings

@@ -29,20 +29,17 @@ from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
 from identify.robot.visual import Looks, looks
-from identify.vibration.channel_faults import fault_notes
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
-from identify.vibration.directions import soft_directions
 from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.file_geometry import geometry_notes
-from identify.vibration.intervals import intervals
-from identify.vibration.link_ends import with_link_ends
+from identify.vibration.intervals import intervals, with_link_ends
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
+from identify.vibration.notes import fault_notes, record_notes, soft_directions
 from identify.vibration.nuisances.stated import stated_uncertainty
 from identify.vibration.problem import Measurement, Problem
 from identify.vibration.profile import profile
 from identify.vibration.provenance import description_of, provenance_of
-from identify.vibration.record_notes import record_notes
 from identify.vibration.uncertainty import UNRELIABLE, covariance_root, gap
 
 _NAMED = 3

@@ -1,4 +1,5 @@
-"""A model rebuilt from the result of a fit alone, with the covariance of its parameters."""
+"""A model rebuilt from the result of a fit alone, with the covariance of its parameters,
+and where the robot stands, as a command says it."""
 
 from __future__ import annotations
 
@@ -219,3 +220,22 @@ def tool_point(model: FittedModel, node: int | None, where: str = "--tool") -> P
         return model.points[node] if node is not None else list(model.points.values())[-1]
     last = model.robot.links[-1].name
     return Point(0, "origin", last, np.zeros(3), np.eye(3), "")
+
+
+def posture_of(text: str | None, fit: FitResult, model: FittedModel) -> Array:
+    """(joints,), rad, from angles in degrees, or the name of a measurement; default: that of the first.
+
+    InputError for other texts.
+    """
+    names = list(fit.measurements)
+    if text is None or text in names:
+        return np.asarray(np.deg2rad(fit.measurements[text or names[0]].posture_deg))
+    joints = len(model.robot.joints)
+    try:
+        angles = np.array([float(part) for part in text.split(",")])
+    except ValueError:
+        angles = np.array([])
+    if angles.shape != (joints,) or not np.isfinite(angles).all():
+        expected = f"{joints} angles in degrees such as 0,30,-60,0,45,0, or one of {', '.join(names)}"
+        raise InputError("--posture", repr(text), expected)
+    return np.asarray(np.deg2rad(angles))

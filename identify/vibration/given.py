@@ -1,16 +1,22 @@
 """What was measured, before a model meets it: one measurement of a study with its posture, data in the band
 and their noise.
+
+One measurement under two names is recognised by what is in it: it would count twice, or be called data that
+were not fitted.  FRFs of motors are taken to the gear output where their file tells torque or motion at the
+motor's shaft: with n turns of the motor per turn of the joint, a turn of the shaft is n times that of the
+gear output, and a torque at the gear output n times that at the shaft.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Complex
 from identify.core.collect import collect
 from identify.core.errors import InputError, InputErrors
 from identify.measured.channel import Channel, motors_of
@@ -23,15 +29,18 @@ from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import dead, noise_alone, without
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
-from identify.model.impact import Impact
+from identify.model.effects.geared import Geared
 from identify.model.nuisances.basis import Basis
+from identify.model.transient import Impact
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
 from identify.robot.posture import at_posture
-from identify.vibration.motor_side import at_gear_outputs
-from identify.vibration.same_data import doubles
 from identify.vibration.study import MeasurementSettings, RelativeNoise, Study, StudyFile
+
+_ALIKE = 1e-3
+"""RMS of the difference of two FRFs over their own up to which they are one, perhaps written with fewer
+digits: two measurements are never as near as that."""
 
 
 @dataclass(frozen=True)
@@ -245,3 +254,83 @@ def _with_noise(data: FrfSet, settings: MeasurementSettings) -> FrfSet:
     if settings.estimate is None or settings.estimate.method == "h1":
         return without_bias(data)
     return with_noise(data)
+
+
+def doubles(given: Sequence[tuple[str, FrfSet | ModalTable]]) -> Iterator[InputError]:
+    """An error for each two of these (name, data) that share measured values, whatever they are called."""
+    for (one, first), (other, second) in combinations(given, 2):
+        if isinstance(first, FrfSet) and isinstance(second, FrfSet):
+            same = _frfs_alike(first, second)
+            what = f"{same} of the FRFs"
+        else:
+            same = int(type(first) is type(second) and first.sha256 == second.sha256 and first.sha256 != "")
+            what = "the table of modes"
+        if same:
+            yield InputError(
+                other,
+                f"{what} are those of {one}" if same > 1 else f"{what} is that of {one}",
+                "data of its own in each measurement, or they would count twice",
+                "name another file, or take one of the two measurements out of the study",
+            )
+
+
+def _frfs_alike(first: FrfSet, second: FrfSet) -> int:
+    """How many FRFs of one set are in the other, under whatever channels."""
+    common, here, there = np.intersect1d(
+        first.frequency_hz.round(6), second.frequency_hz.round(6), return_indices=True
+    )
+    if first.quantity != second.quantity or len(common) < 2:
+        return 0
+    a, b = _columns(first, here), _columns(second, there)
+    size, other = (np.sum(np.abs(one) ** 2, axis=0) for one in (a, b))
+    apart = size[:, None] + other - 2 * (a.conj().T @ b).real
+    return int(np.any((apart <= _ALIKE**2 * size[:, None]) & (size[:, None] > 0), axis=1).sum())
+
+
+def _columns(data: FrfSet, lines: np.ndarray[tuple[int], np.dtype[np.intp]]) -> Complex:
+    """(lines, FRFs) that were measured."""
+    return np.asarray(data.frf[lines][:, data.measured])
+
+
+def at_gear_outputs(
+    data: FrfSet, motor_side: Sequence[str], effects: Sequence[Effect], robot: Robot, where: str
+) -> FrfSet:
+    """The set with `torque` and `motion` of motors at the gear output, where `motor_side` names them;
+    InputError for a motor whose gear ratio no effect states, or a set without motors.
+    """
+    if not motor_side:
+        return data
+    if not motors_of((*data.outputs, *data.inputs)):
+        raise InputError(f"{where} motor_side", "no channel of a motor", "joint2:motor", "leave the key out")
+    ratios = _ratios(effects, robot)
+    out, force = np.ones(len(data.outputs)), np.ones(len(data.inputs))
+    if "motion" in motor_side:
+        out = 1 / _factors(data.outputs, ratios, where)
+    if "torque" in motor_side:
+        force = 1 / _factors(data.inputs, ratios, where)
+    factor = out[:, None] * force
+    return replace(
+        data, frf=data.frf * factor, noise=None if data.noise is None else data.noise * np.abs(factor)
+    )
+
+
+def _ratios(effects: Iterable[Effect], robot: Robot) -> dict[int, float]:
+    """Gear ratios by number of the joint."""
+    geared = [effect for effect in effects if isinstance(effect, Geared)]
+    return {
+        number: ratio
+        for effect in geared
+        for number, ratio in zip(effect.numbers(robot), effect.gear_ratio, strict=True)
+    }
+
+
+def _factors(channels: Sequence[Channel], ratios: dict[int, float], where: str) -> Array:
+    """(channels,): gear ratio of each that is a motor, else one."""
+    for channel in channels:
+        if channel.motor is not None and channel.motor not in ratios:
+            raise InputError(
+                f"{where} motor_side",
+                f"{channel}, whose gear ratio is not stated",
+                f"`gear_ratio` of a rotor-inertia or servo of joint {channel.motor}",
+            )
+    return np.array([1.0 if one.motor is None else ratios[one.motor] for one in channels])

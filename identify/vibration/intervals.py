@@ -10,19 +10,37 @@ the implicit function theorem
 with r the cost's own residuals and J their derivatives (Gauss-Newton: the squares that gradient methods
 minimise; a sum of moduli of residuals that scatter alike has the same optimum, on average), and the stated
 errors widen the intervals by it, linearly.
+
+What a link that bends leaves open of the joints at its ends: how it bends right beside them is what they
+do, so that no data tell it from their own compliance.
+
+A hinge of compliance c at the end of a link, about the axis of a spring k of the joint there, makes of it
+k / (1 + c k), and takes twice that share off its damper.  A beam has no such hinge, and a link of castings,
+flanges and housings has one that nobody knows: its compliance is a share of the link's own, L / EI, whose
+standard deviation is stated (`flexible_links.ends`).  Beside that spring it changes no prediction.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
-from identify.fitting.uncertainty import Uncertainty, propagated_uncertainty
-from identify.vibration.costs.targets import Targets
+from identify.fitting.uncertainty import Uncertainty, propagated_uncertainty, with_more
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.system import System
+from identify.robot.description import Robot
+from identify.vibration.costs.modal_target import Targets
+from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import by_residuals, uncertainty
+
+_TURNS = ("rx", "ry", "rz")
+_OF = {"stiffness": 1.0, "damping": 2.0}
+"""How many times its share of a joint's compliance changes each of the joint's numbers."""
 
 
 def intervals(problem: Problem, values: Array) -> Uncertainty:
@@ -56,3 +74,63 @@ def _moved(
     unit = np.trace(information) / max(np.trace(data), np.finfo(float).tiny)
     determined = unit * data + np.diag(own.prior_information())
     return np.asarray(-np.linalg.solve(determined, unit * product[:count, count:]))
+
+
+def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Uncertainty:
+    """The uncertainty of a fit with what links that bend leave open of the joints at their ends; values
+    (unknowns,).
+    """
+    parameters = problem.of_effects
+    scale, found = Scale(parameters), values[: problem.size]
+    free = [parameters[number] for number in scale.free]
+    std = left_open(problem, values)[scale.free]
+    notes = []
+    if np.any(std > trusted.std):
+        most = int(np.argmax(std / trusted.std))
+        notes = [
+            f"a link that bends right beside a joint does what the joint does: that leaves {free[most].name}"
+            f" open by {100 * std[most]:.0f} % (`flexible_links.ends`), more than the data do"
+        ]
+    return with_more(trusted, std, scale, found, *notes)
+
+
+def left_open(problem: Problem, values: Array) -> Array:
+    """(parameters,): the standard deviation of the logarithm of each parameter that the ends of links leave;
+    none of what is fitted on another scale.
+    """
+    settings = problem.file.study.uncertainty or FORMS_ALONE
+    share, parameters = settings.std("flexible_links", "ends"), problem.of_effects
+    value_of = {p.name: value for p, value in zip(parameters, values[: problem.size].tolist(), strict=True)}
+    variance = dict.fromkeys(value_of, 0.0)
+    for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):
+        stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
+        for what, times in _OF.items():
+            if f"{coordinate}.{what}" in variance:
+                variance[f"{coordinate}.{what}"] += (times * share * compliance * stiffness) ** 2
+    return np.sqrt([variance[p.name] if p.log else 0.0 for p in parameters])
+
+
+def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, float]]:
+    """Each rotation of a joint at an end of a link that bends, and the whole link's compliance about its
+    axis.
+    """
+    site = system.site
+    for effect, own in system.effects:
+        if not isinstance(effect, LinkFlexibility):
+            continue
+        names = [name for name in effect.free_coordinates(robot) if name in system.coordinates]
+        if not names:  # taken off for the test
+            continue
+        at = [system.coordinates.index(name) for name in names]
+        stiffness = np.tensordot(values[own], system.terms["stiffness"][own], axes=1)[np.ix_(at, at)]
+        ends = names[-4], names[-2], names[-1]  # the two slopes and the twist of the end
+        whole = np.diag(np.linalg.inv(stiffness))[[-4, -2, -1]]
+        number = effect.number(robot)
+        turns = site.jacobian(robot.links[number + 1].name, np.zeros(3), "effects")[3:]
+        about = turns[:, [site.number(name) for name in ends]]
+        for joint in (number, number + 1):
+            for axis in _TURNS:
+                coordinate = f"joint{joint}.{axis}"
+                if coordinate in system.coordinates:
+                    axes = about.T @ turns[:, site.number(coordinate)]
+                    yield coordinate, float(axes**2 @ whole)

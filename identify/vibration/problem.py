@@ -19,7 +19,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.silent import noise_alone
 from identify.model.effects.base import Effect
-from identify.model.effects.form import Form
+from identify.model.effects.place import Form
 from identify.model.effects.pre_trigger import PRE_TRIGGER
 from identify.model.nuisances.basis import Basis, basis
 from identify.model.system import System
@@ -27,9 +27,8 @@ from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.read import read_robot
 from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from identify.vibration.given import Given, read_given
 from identify.vibration.left_out import without_noise
 from identify.vibration.like import as_in_type

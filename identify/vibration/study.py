@@ -27,8 +27,7 @@ from identify.measured.frf_records import TEXT, FrfFileOptions
 from identify.measured.registration.settings import RegistrationSettings
 from identify.measured.several import name_of
 from identify.measured.source import Estimation
-from identify.modal.choices import with_choices
-from identify.modal.settings import ModalSettings
+from identify.modal.settings import ModalSettings, with_choices
 from identify.model.effects.base import Effect, parse_effect
 from identify.robot.joint_angles import AS_THE_ROBOT, JointAngles
 from identify.robot.read import read_robot

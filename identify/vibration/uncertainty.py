@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index, Mask
+from identify.core.arrays import Array, Complex, Index, Mask, gram
 from identify.core.coded import Coded
 from identify.core.parameters import Scale
 from identify.core.thresholds import QUIET
@@ -18,9 +18,8 @@ from identify.fitting.uncertainty import Joint, Uncertainty, joint_uncertainty, 
 from identify.model.modes import complex_modes
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.information import information, information_by_force
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem
 
@@ -238,7 +237,7 @@ def _information(targets: Targets, values: Array, free: Index, slope: Array) -> 
             column = target.pairs[1] == entry
             slopes, residual = j[:, column], e[:, column]
             variance += score_variance(residual, slopes, common[:, column])
-            outer = _outer(slopes, slopes)
+            outer = gram(slopes, slopes)
             product += outer
             if target.data.inputs[entry].motor is None:  # a motor's torque cannot be held askew
                 parts.append(outer)
@@ -276,8 +275,8 @@ def score_variance(e: Complex, j: Complex, h: Complex) -> Array:
         near = np.zeros_like(x)  # of the lines after each, as far as they are correlated with it
         for lag, share in zip(lags, alike, strict=True):
             near[:-lag] += share * x[lag:]
-        cross = _outer(x, near)
-        total += sign * (_outer(x, x) + cross + cross.T)
+        cross = gram(x, near)
+        total += sign * (gram(x, x) + cross + cross.T)
     return total
 
 
@@ -293,12 +292,6 @@ def common_variance(squares: Array, power: Array, rest: float) -> Array:
         )
         b = np.maximum(top / np.maximum(bottom, floor), 0.0)
     return np.asarray(rest + b * power)
-
-
-def _outer(a: Complex, b: Complex) -> Array:
-    """Re sum conj(a) b' over all but the last axis, (f, f)."""
-    flat_a, flat_b = a.reshape(-1, a.shape[-1]), b.reshape(-1, b.shape[-1])
-    return np.asarray((np.conj(flat_a).T @ flat_b).real)
 
 
 def _frf_residuals(target: FrfTarget, values: Array, free: Index | None) -> tuple[Complex, Complex]:

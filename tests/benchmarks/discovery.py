@@ -28,7 +28,7 @@ from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import CLASSES
 from identify.robot.posture import at_posture
-from identify.vibration.link_ends import with_link_ends
+from identify.vibration.intervals import with_link_ends
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import uncertainty

@@ -17,7 +17,7 @@ from identify.motion.evaluate import evaluate_simulation
 from identify.motion.problem import load_motion
 from identify.motion.study import MotionFile, read_motion_study
 from identify.reports.kit.figures import style
-from identify.reports.motion.circle_figure import circles
+from identify.reports.motion.sections import circles
 from identify.results.circular import CircularTest
 
 ROOT = Path(__file__).parents[2]

@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from identify.export.linear import LinearModel, linear_model
-from identify.machining.place import posture_of
 from identify.results.discovery import fit_of
-from identify.vibration.fitted_model import fitted_model
+from identify.vibration.fitted_model import fitted_model, posture_of
 
 BAND = (3.0, 80.0)
 LINES = np.linspace(*BAND, 40)

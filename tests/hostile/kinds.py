@@ -30,7 +30,7 @@ from identify.measured.uff.write import write_uff58
 from identify.motion.study import read_motion_study
 from identify.reports.kinds import read_any
 from identify.results import file as result_file
-from identify.results.checksum import CHECKSUM
+from identify.results.file import CHECKSUM
 from identify.robot.description import Robot
 from identify.robot.dh import read_dh
 from identify.robot.points import read_points

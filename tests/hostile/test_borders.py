@@ -27,9 +27,9 @@ from identify.measured.uff.shapes import read_shapes
 from identify.measured.uff.write import write_uff58
 from identify.reports.kinds import read_any
 from identify.robot.dh import read_dh
-from identify.robot.mesh_file import read_mesh
 from identify.robot.points import read_points
 from identify.robot.urdf import read_urdf
+from identify.robot.visual import read_mesh
 from identify.vibration.reference import read_reference
 from identify.vibration.study import read_study
 from tests.benchmarks.hostile import examine, table

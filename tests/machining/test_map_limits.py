@@ -12,9 +12,8 @@ import pytest
 from identify.core.errors import InputError
 from identify.machining.run import run_stability
 from identify.machining.run_deflection import Load, run_deflection
-from identify.map.asked import MapOptions
+from identify.map.asked import MapOptions, Workpiece, parse_spindle, parse_workpiece
 from identify.map.limits import Wanted
-from identify.map.places import Workpiece, parse_spindle, parse_workpiece
 from identify.map.run import run_map
 from identify.map.sentences import best_and_worst
 from identify.reports.map.tables import limit_table

@@ -12,7 +12,6 @@ import identify
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors
 from identify.machining.mounted import mounted
-from identify.machining.place import posture_of
 from identify.machining.run import run_stability
 from identify.machining.semi_discretization import TimeDomain
 from identify.machining.sentences import verdict
@@ -20,7 +19,7 @@ from identify.machining.tool import read_tool
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.results.stability import StabilityResult
-from identify.vibration.fitted_model import fitted_model
+from identify.vibration.fitted_model import fitted_model, posture_of
 from tests.batch import planar
 from tests.generator import milling
 from tests.machining.planar_fit import POSTURE, TOOL, tip_jacobian

@@ -18,7 +18,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.machining.exact_limit import ExactLimit, exact_limit
 from identify.machining.materials import Coefficients
 from identify.machining.run import run_stability
-from identify.machining.tip_modes import tip_modes
+from identify.machining.tapped import tip_modes
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.measured.uff.write import write_uff58

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from identify.core.errors import InputError
@@ -135,6 +135,7 @@ def test_an_empty_file_is_refused(tmp_path: Path, text: str, found: str) -> None
         load(tmp_path, text)
 
 
+@example("-\n0")
 @given(st.text(alphabet='frequency_hz,output12:+-Z/X real\n#"0.5', max_size=80))
 @settings(max_examples=150, deadline=None)
 def test_any_text_is_an_frf_set_or_an_input_error(

@@ -14,11 +14,10 @@ from identify.measured import bag
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
-from identify.measured.held import unheld
 from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import read_log
 from identify.measured.periodic import frf_from_periods
-from identify.measured.source import Estimation, read_source
+from identify.measured.source import Estimation, read_source, unheld
 from identify.measured.time_history import TimeHistory
 
 RATE, SAMPLES = 500.0, 10_000

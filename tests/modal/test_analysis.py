@@ -13,10 +13,9 @@ from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.modal.analysis import ModalAnalysis, analyse
-from identify.modal.cmif import cmif
-from identify.modal.layout import arrange
+from identify.modal.layout import arrange, cmif
 from identify.modal.mac import mac
-from identify.modal.reciprocity import reciprocity
+from identify.modal.scaling import reciprocity
 from identify.modal.settings import ModalSettings
 from tests.modal.systems import System, chain, measure
 

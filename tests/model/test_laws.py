@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from identify.model.laws.friction import BELL, EXPONENTIAL, friction_torque, stribeck_decay
-from identify.model.laws.gear import GearSpring
-from identify.model.laws.transmission_error import harmonic, per_joint_turn, ripple
+from identify.model.laws.gear import GearSpring, harmonic, per_joint_turn, ripple
 
 
 def test_the_two_stribeck_laws_agree_at_their_own_speed_only() -> None:

@@ -15,8 +15,7 @@ from scipy.special import ellipk
 from identify.model.effects.hardening_stiffness import CubicSpring
 from identify.model.effects.joint_friction import StickingFriction
 from identify.model.effects.torque_law import TorqueLaw
-from identify.model.impact import Impact
-from identify.model.transient import AttachedTorque, Models, Response, simulate
+from identify.model.transient import AttachedTorque, Impact, Models, Response, simulate
 
 Array = NDArray[np.float64]
 MASS, STIFFNESS, SPEED = 2.0, 2.0 * (2 * np.pi * 10) ** 2, 0.3

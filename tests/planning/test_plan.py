@@ -24,8 +24,8 @@ from identify.planning.candidates import Candidates
 from identify.planning.design import Criterion, best_design, total
 from identify.planning.information import FreeModel, TestNoise, measurable
 from identify.planning.known import known_of
+from identify.planning.promise import targets_of
 from identify.planning.run import PlanOptions, run_plan
-from identify.planning.targets import targets_of
 from identify.results import file as result_file
 from identify.results.fit import FitResult
 from identify.results.plan import PlanResult

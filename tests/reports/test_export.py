@@ -13,9 +13,8 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.reports.kit import figures
 from identify.reports.kit.document import Document
-from identify.reports.kit.export import contents
 from identify.reports.shared import data
-from identify.reports.write import write_reports
+from identify.reports.write import contents, write_reports
 from identify.results import file as result_file
 from tests.reports.sample import frf_result, modal_result
 

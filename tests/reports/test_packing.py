@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from identify.reports.shared.packing import MAGNITUDE_STEP, PHASE_STEP, pack, pack_frfs
+from identify.reports.shared.page_data import MAGNITUDE_STEP, PHASE_STEP, pack, pack_frfs
 from tests.reports.sample import frf_result
 
 

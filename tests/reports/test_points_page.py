@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from identify.api import commands as api
-from identify.reports.points.planned import planned_page
+from identify.reports.points.page import planned_page
 from identify.robot.points import Point, new_points_text, read_points
 from identify.robot.posture import z_to
 from identify.robot.urdf import read_urdf

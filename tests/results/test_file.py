@@ -13,8 +13,8 @@ import pytest
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.results import file as result_file
-from identify.results.checksum import CHECKSUM
-from identify.results.names import group_name
+from identify.results.file import CHECKSUM
+from identify.results.record import group_name
 
 NAMES = ("plain", "day1/posture 1", ".", "..", "", "a%2Fb", "a/b", "/", "é ü", "tab\t", "a.b")
 

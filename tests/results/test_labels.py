@@ -118,7 +118,7 @@ def test_values_are_found_by_their_labels() -> None:
     assert np.array_equal(nearest.values, frf.measured[7])
 
 
-def test_every_array_of_every_class_is_in_the_table() -> None:
+def test_every_array_of_every_class_says_its_dimensions() -> None:
     def told(kind: type) -> None:
         for field in dataclasses.fields(kind):
             text = str(field.type)

@@ -9,7 +9,7 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.robot.mesh_body import volume
-from identify.robot.mesh_file import read_mesh
+from identify.robot.visual import read_mesh
 
 CORNERS = "0 0 0  1 0 0  1 1 0  0 1 0  0 0 1  1 0 1  1 1 1  0 1 1"
 SIDES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (2, 3, 7, 6), (0, 4, 7, 3), (1, 2, 6, 5)]

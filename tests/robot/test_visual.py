@@ -15,10 +15,9 @@ from identify.model.modes import complex_modes
 from identify.model.system import System, assemble, build_site
 from identify.robot.description import Robot
 from identify.robot.mesh import Mesh, box, cylinder, simplified, sphere
-from identify.robot.mesh_file import read_mesh
 from identify.robot.points import Point
 from identify.robot.urdf import read_urdf
-from identify.robot.visual import Looks, looks
+from identify.robot.visual import Looks, looks, read_mesh
 from tests.robot.random_arm import industrial_arm
 
 WEDGE = Mesh(

@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from identify.vibration.directions import _sentence
+from identify.vibration.notes import _sentence
 
 STIFF, SOFT = 9000.0, 400.0
 

@@ -13,7 +13,7 @@ from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
 from identify.measured.finding import STUDY
 from identify.vibration.check import run_checks
-from identify.vibration.link_ends import left_open, with_link_ends
+from identify.vibration.intervals import left_open, with_link_ends
 from identify.vibration.problem import Problem, load_problem, with_uncertainty
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import fitted_information, uncertainty

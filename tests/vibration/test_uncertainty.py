@@ -18,9 +18,8 @@ from identify.measured.modal_table import ModalTable
 from identify.model.effects.base import parse_effect
 from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from identify.vibration.uncertainty import _joint_disagreement, _wider, score_variance, uncertainty
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture

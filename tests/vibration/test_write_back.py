@@ -24,11 +24,10 @@ from identify.robot.rewrite import with_bodies
 from identify.robot.settings import RobotSettings
 from identify.robot.urdf import read_urdf
 from identify.vibration import write_back
-from identify.vibration.corrections import Corrections
 from identify.vibration.problem import load_problem
 from identify.vibration.run import run_fit
 from identify.vibration.study import read_study
-from identify.vibration.write_back import CORRECTIONS, LEFT
+from identify.vibration.write_back import CORRECTIONS, LEFT, Corrections
 from tests.generator.dirt import CAREFUL, soil
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES

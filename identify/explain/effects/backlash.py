@@ -22,13 +22,10 @@ class Backlash(MotionEffect):
     """The motor side leads by half the backlash on the flank that carries the torque."""
 
     kind: ClassVar[str] = "backlash"
+    says: ClassVar[str] = "backlash of joint {axis}: the deflection jumps where the torque changes its sign"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("half width", "rad"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"backlash of joint {self.axis}: the deflection jumps where the torque changes its sign"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Sign of the torque in the gear."""
@@ -42,16 +39,12 @@ class LostMotion(MotionEffect):
     """
 
     kind: ClassVar[str] = "lost-motion"
+    says: ClassVar[str] = (
+        "lost motion (hysteresis) of joint {axis}: the deflection jumps where the direction of travel changes"
+    )
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("half width", "rad"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return (
-            f"lost motion (hysteresis) of joint {self.axis}: the deflection jumps where the direction of"
-            " travel changes"
-        )
 
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """A damper in the gear, which holds back whichever way it is bent."""

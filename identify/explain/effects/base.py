@@ -32,8 +32,8 @@ MOTION_EFFECTS = Registry(
             ("balancer-preload", "gravity_balancer", "BalancerPreload"),
             ("coulomb-friction", "friction", "CoulombFriction"),
             ("damped-compliance", "joint_stiffness", "DampedCompliance"),
-            ("encoder-eccentricity", "encoder_eccentricity", "EncoderEccentricity"),
-            ("gear-coupling", "gear_coupling", "GearCoupling"),
+            ("encoder-eccentricity", "transmission_error", "EncoderEccentricity"),
+            ("gear-coupling", "motor_coupling", "GearCoupling"),
             ("gravity-balancer", "gravity_balancer", "GravityBalancer"),
             ("hardening-stiffness", "joint_stiffness", "HardeningStiffness"),
             ("integral-action", "servo_terms", "IntegralAction"),
@@ -45,7 +45,7 @@ MOTION_EFFECTS = Registry(
             ("motor-coupling", "motor_coupling", "MotorCoupling"),
             ("payload-mass", "rigid_body", "PayloadMass"),
             ("position-lag", "servo_terms", "PositionLag"),
-            ("rotor-inertia", "rotor_inertia", "RotorInertia"),
+            ("rotor-inertia", "motor_coupling", "RotorInertia"),
             ("sensor-latency", "sensor_latency", "SensorLatency"),
             ("servo-compliance", "servo_terms", "ServoCompliance"),
             ("stribeck-friction", "friction", "StribeckFriction"),
@@ -84,6 +84,8 @@ class MotionEffect(ABC):
 
     axis: int
     kind: ClassVar[str]
+    says: ClassVar[str]
+    """What an instance is, as an engineer would say it, with its fields: `friction of joint {axis}`."""
     target: ClassVar[Target]
     coefficients: ClassVar[tuple[Coefficient, ...]]
     nonlinear: ClassVar[tuple[NonlinearParameter, ...]] = ()
@@ -121,9 +123,9 @@ class MotionEffect(ABC):
         """Name of the effect whose place this one takes; empty: none."""
         return f"joint{self.axis}.{self.replaces}" if self.replaces else ""
 
-    @abstractmethod
     def sentence(self) -> str:
         """What this instance is, as an engineer would say it."""
+        return self.says.format(**vars(self))
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:

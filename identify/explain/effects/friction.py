@@ -21,13 +21,10 @@ class CoulombFriction(MotionEffect):
     """A torque against the direction of travel."""
 
     kind: ClassVar[str] = "coulomb-friction"
+    says: ClassVar[str] = "Coulomb friction of joint {axis}"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("torque", "N m"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"Coulomb friction of joint {self.axis}"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel."""
@@ -38,13 +35,10 @@ class ViscousFriction(MotionEffect):
     """A torque in proportion to speed."""
 
     kind: ClassVar[str] = "viscous-friction"
+    says: ClassVar[str] = "viscous friction of joint {axis}"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("damping", "N m s/rad"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"viscous friction of joint {self.axis}"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed of the joint."""
@@ -55,14 +49,11 @@ class StribeckFriction(MotionEffect):
     """More friction at low speed than at high speed, beyond Coulomb and viscous friction."""
 
     kind: ClassVar[str] = "stribeck-friction"
+    says: ClassVar[str] = "Stribeck friction of joint {axis}: more friction at low speed"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("excess", "N m"),)
     follows: ClassVar[str] = "coulomb-friction"
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"Stribeck friction of joint {self.axis}: more friction at low speed"
 
     def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
         """The Stribeck speed, between standing and half the top speed."""
@@ -79,14 +70,11 @@ class LoadDependentFriction(MotionEffect):
     """Friction in proportion to the torque that the gear carries."""
 
     kind: ClassVar[str] = "load-dependent-friction"
+    says: ClassVar[str] = "friction of joint {axis} that grows with the torque in its gear"
     positive: ClassVar[bool] = True
     of_load: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("share", "1"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"friction of joint {self.axis} that grows with the torque in its gear"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Direction of travel times the load at the motor."""

@@ -27,6 +27,7 @@ class GravityBalancer(MotionEffect):
     """
 
     kind: ClassVar[str] = "gravity-balancer"
+    says: ClassVar[str] = "gravity balancer beside joint {axis} (a sine of the joint angle)"
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
     coefficients = (Coefficient("sine", "N m at the joint"), Coefficient("cosine", "N m at the joint"))
@@ -40,10 +41,6 @@ class GravityBalancer(MotionEffect):
     def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
         """A wrong first moment of the arm, which asks for a sine of the angle too."""
         return ((LinkFirstMoment(self.axis),),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"gravity balancer beside joint {self.axis} (a sine of the joint angle)"
 
     def reading(self, values: Array) -> str:
         """Largest torque and the angle of none."""
@@ -62,6 +59,9 @@ class BalancerPreload(MotionEffect):
     """The preload of the balancer's spring or gas, whose lever changes with its length."""
 
     kind: ClassVar[str] = "balancer-preload"
+    says: ClassVar[str] = (
+        "preload of the balancer beside joint {axis}, whose lever changes with the cylinder's length"
+    )
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
     coefficients = (Coefficient("moment", "N m at the joint"),)
@@ -76,13 +76,6 @@ class BalancerPreload(MotionEffect):
         """Joint 2."""
         if _JOINT in scene.axes:
             yield cls(_JOINT)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return (
-            f"preload of the balancer beside joint {self.axis}, whose lever changes with the cylinder's"
-            " length"
-        )
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """sin(psi) / sqrt(1 + r^2 - 2 r cos psi) over the gear ratio, psi = q - angle."""

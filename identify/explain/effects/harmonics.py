@@ -8,7 +8,7 @@ from numpy.polynomial.legendre import legfit, legval
 from identify.core.arrays import Array
 from identify.explain.effects.base import NonlinearParameter
 from identify.explain.recorded_motion import RecordedMotion
-from identify.model.laws.transmission_error import harmonic
+from identify.model.laws.gear import harmonic
 
 _ORDERS = 2
 _SLOW = 12

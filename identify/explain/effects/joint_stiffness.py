@@ -34,11 +34,8 @@ class JointCompliance(_Spring):
     """The motor side leads the link side by torque over stiffness."""
 
     kind: ClassVar[str] = "joint-compliance"
+    says: ClassVar[str] = "compliance of joint {axis}: deflection in proportion to torque"
     coefficients = (Coefficient("compliance", "rad/(N m)"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"compliance of joint {self.axis}: deflection in proportion to torque"
 
     def reading(self, values: Array) -> str:
         """Stiffness."""
@@ -53,6 +50,7 @@ class DampedCompliance(_Spring):
     """A spring with a damper beside it: torque = k d + c d', so that d = torque / k - (c / k) d'."""
 
     kind: ClassVar[str] = "damped-compliance"
+    says: ClassVar[str] = "compliance of joint {axis} with a damper: deflection that follows torque late"
     coefficients = (Coefficient("compliance", "rad/(N m)"), Coefficient("relaxation time", "s"))
     replaces: ClassVar[str] = "joint-compliance"
 
@@ -61,10 +59,6 @@ class DampedCompliance(_Spring):
         """Where the deflection was recorded."""
         if scene.deflection is not None:
             yield from super().instances(scene)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"compliance of joint {self.axis} with a damper: deflection that follows torque late"
 
     def possible(self, values: Array) -> bool:
         """A spring that does not push back and a damper that does not drive."""
@@ -92,12 +86,9 @@ class HardeningStiffness(_Spring):
     """
 
     kind: ClassVar[str] = "hardening-stiffness"
+    says: ClassVar[str] = "stiffness of joint {axis} that hardens with load (cubic)"
     coefficients = (Coefficient("compliance at no load", "rad/(N m)"),)
     replaces: ClassVar[str] = "joint-compliance"
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"stiffness of joint {self.axis} that hardens with load (cubic)"
 
     def parameters(self, scene: RecordedMotion) -> tuple[NonlinearParameter, ...]:
         """The torque at which linear and cubic part are alike, both k1 d."""

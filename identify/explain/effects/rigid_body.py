@@ -24,6 +24,7 @@ class PayloadMass(MotionEffect):
     """Mass at the centre of the payload beyond what is stated."""
 
     kind: ClassVar[str] = "payload-mass"
+    says: ClassVar[str] = "payload heavier or lighter than stated"
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
     of_bodies: ClassVar[bool] = True
@@ -38,10 +39,6 @@ class PayloadMass(MotionEffect):
     def name(self) -> str:
         """`payload-mass`."""
         return self.kind
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return "payload heavier or lighter than stated"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of a kilogram at the payload's centre."""
@@ -96,13 +93,10 @@ class LinkFirstMoment(_OfLink):
         yield from (cls(axis) for axis in scene.axes if axis > 1 or not upright)
 
     kind: ClassVar[str] = "link-first-moment"
+    says: ClassVar[str] = (
+        "centre of mass of link {axis} elsewhere than stated (first moment across the joint axis)"
+    )
     coefficients = (Coefficient("first", "kg m"), Coefficient("second", "kg m"))
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return (
-            f"centre of mass of link {self.axis} elsewhere than stated (first moment across the joint axis)"
-        )
 
     def expected_size(self, scene: RecordedMotion) -> Array:
         """Some times the stated uncertainty of mass and centre."""
@@ -129,11 +123,8 @@ class LinkInertia(_OfLink):
     """Inertia of a link about its joint axis."""
 
     kind: ClassVar[str] = "link-inertia"
+    says: ClassVar[str] = "inertia of link {axis} about its joint other than stated"
     coefficients = (Coefficient("inertia", "kg m^2"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"inertia of link {self.axis} about its joint other than stated"
 
     def expected_size(self, scene: RecordedMotion) -> Array:
         """Some times the stated uncertainty of mass, centre and inertia, about the joint axis."""

@@ -15,12 +15,11 @@ class SensorLatency(MotionEffect):
     """Latency of the link-side reading against the motor-side one."""
 
     kind: ClassVar[str] = "sensor-latency"
+    says: ClassVar[str] = (
+        "latency of the link-side sensor of joint {axis} (deflection in proportion to speed)"
+    )
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("latency", "s"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"latency of the link-side sensor of joint {self.axis} (deflection in proportion to speed)"
 
     def reading(self, values: Array) -> str:
         """Milliseconds."""

@@ -21,12 +21,9 @@ class PositionLag(MotionEffect):
     """Error in proportion to speed."""
 
     kind: ClassVar[str] = "position-lag"
+    says: ClassVar[str] = "position loop of joint {axis}: error in proportion to speed"
     target: ClassVar[Target] = "tracking"
     coefficients = (Coefficient("lag", "s"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"position loop of joint {self.axis}: error in proportion to speed"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Speed."""
@@ -37,15 +34,12 @@ class AccelerationLag(MotionEffect):
     """Error in proportion to acceleration."""
 
     kind: ClassVar[str] = "acceleration-lag"
+    says: ClassVar[str] = (
+        "servo loop of joint {axis}: error in proportion to acceleration (no or partial"
+        " feed-forward of inertia)"
+    )
     target: ClassVar[Target] = "tracking"
     coefficients = (Coefficient("lag squared", "s^2"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return (
-            f"servo loop of joint {self.axis}: error in proportion to acceleration (no or partial"
-            " feed-forward of inertia)"
-        )
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Acceleration."""
@@ -56,13 +50,10 @@ class ServoCompliance(MotionEffect):
     """Error in proportion to the motor's torque."""
 
     kind: ClassVar[str] = "servo-compliance"
+    says: ClassVar[str] = "servo loop of joint {axis} as a spring: error in proportion to the motor's torque"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "tracking"
     coefficients = (Coefficient("compliance", "rad/(N m)"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"servo loop of joint {self.axis} as a spring: error in proportion to the motor's torque"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Torque of the motor."""
@@ -73,13 +64,10 @@ class IntegralAction(MotionEffect):
     """The velocity loop's integrator works the error off."""
 
     kind: ClassVar[str] = "integral-action"
+    says: ClassVar[str] = "integral action of the velocity loop of joint {axis}"
     positive: ClassVar[bool] = True
     target: ClassVar[Target] = "tracking"
     coefficients = (Coefficient("rate", "1/s"), Coefficient("rate times lag", "1"))
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"integral action of the velocity loop of joint {self.axis}"
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Minus the integral of the error, and the angle travelled."""

@@ -27,6 +27,7 @@ class TorqueRipple(MotionEffect):
 
     order: int = 1
     kind: ClassVar[str] = "torque-ripple"
+    says: ClassVar[str] = "torque ripple of motor {axis}, {order} waves per motor turn"
     target: ClassVar[Target] = "torque"
     harmonic: ClassVar[bool] = True
     coefficients = (
@@ -50,10 +51,6 @@ class TorqueRipple(MotionEffect):
     def name(self) -> str:
         """`joint1.torque-ripple.8`."""
         return f"{super().name}.{self.order}"
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"torque ripple of motor {self.axis}, {self.order} waves per motor turn"
 
     def reading(self, values: Array) -> str:
         """Amplitude over speed."""

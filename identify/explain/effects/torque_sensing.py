@@ -15,15 +15,11 @@ class TorqueOffset(MotionEffect):
     """A constant torque: a sensing offset, or friction that differs with the direction of travel."""
 
     kind: ClassVar[str] = "torque-offset"
+    says: ClassVar[str] = (
+        "constant torque at motor {axis} (a sensing offset, or friction that differs with direction)"
+    )
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("torque", "N m"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return (
-            f"constant torque at motor {self.axis} (a sensing offset, or friction that differs with"
-            " direction)"
-        )
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Ones."""
@@ -36,14 +32,11 @@ class TorqueConstant(MotionEffect):
     """
 
     kind: ClassVar[str] = "torque-constant"
+    says: ClassVar[str] = "torque constant of motor {axis} off by a share"
     of_load: ClassVar[bool] = True
     of_bodies: ClassVar[bool] = True
     target: ClassVar[Target] = "torque"
     coefficients = (Coefficient("share", "1"),)
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"torque constant of motor {self.axis} off by a share"
 
     def possible(self, values: Array) -> bool:
         """A motor that pushes the way it is told to."""

@@ -1,5 +1,7 @@
 """Angular transmission error: the gear's output waves about its input, so many waves per turn of the joint
 (Nagoya Eq. 9).
+
+An encoder disc that is not centred on its shaft: an error of one wave per turn of the joint.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from identify.core.arrays import Array
 from identify.explain.effects.base import Coefficient, MotionEffect, NonlinearParameter, Target
 from identify.explain.effects.harmonics import LAG, cosine_and_sine, lags, late, strongest_orders
 from identify.explain.recorded_motion import RecordedMotion
-from identify.model.laws.transmission_error import per_joint_turn
+from identify.model.laws.gear import per_joint_turn
 
 _LEAST, _MOST = 0.5, 4.2
 """Orders that are searched, as waves per turn of the motor: half a turn to four; slower waves look like
@@ -29,6 +31,7 @@ class AngularTransmissionError(MotionEffect):
 
     number: int = 1
     kind: ClassVar[str] = "angular-transmission-error"
+    says: ClassVar[str] = "angular transmission error of the gear of joint {axis}"
     target: ClassVar[Target] = "deflection"
     harmonic: ClassVar[bool] = True
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
@@ -45,10 +48,6 @@ class AngularTransmissionError(MotionEffect):
     def name(self) -> str:
         """`joint3.angular-transmission-error.1`."""
         return f"{super().name}.{self.number}"
-
-    def sentence(self) -> str:
-        """What this instance is."""
-        return f"angular transmission error of the gear of joint {self.axis}"
 
     @property
     def needs(self) -> str:
@@ -84,3 +83,16 @@ class AngularTransmissionError(MotionEffect):
             for lag, angle in angles.items()
             for found in strongest_orders(angle, residual[:, joint], order.lower, order.upper)
         ]
+
+
+class EncoderEccentricity(MotionEffect):
+    """The first harmonic of the joint; the offset of the encoders takes its mean."""
+
+    kind: ClassVar[str] = "encoder-eccentricity"
+    says: ClassVar[str] = "eccentric link-side encoder of joint {axis} (one wave per turn)"
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Cosine and sine of the joint angle."""
+        return scene.of_joint(self.axis, *cosine_and_sine(scene.joint_position[:, self.axis - 1], 1.0))

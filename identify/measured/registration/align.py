@@ -17,9 +17,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.measured.registration.chain import Chain, chain
 from identify.measured.registration.surface import Skin
 from identify.robot.description import Robot
+from identify.robot.kinematics import Chain, chain
 from identify.robot.pose import turned
 
 FINE_M = 0.008

@@ -12,8 +12,8 @@ from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.registration.align import Distances, Laid, Task, distances, laid, likely, motion
-from identify.measured.registration.chain import Chain, chain
 from identify.measured.registration.starts import by_pairs, by_shape, enough, possible, size_of, units
+from identify.robot.kinematics import Chain, chain
 
 _COARSE = 0.1
 """Scale of distances at first over the size of the robot, where shape alone leads."""

@@ -13,8 +13,8 @@ import scipy
 from identify.core.arrays import Array
 from identify.core.closest_turn import closest_turn
 from identify.measured.registration.align import Pairs, Task
-from identify.measured.registration.chain import chain
 from identify.measured.uff.geometry import LENGTH_M
+from identify.robot.kinematics import chain
 from identify.robot.pose import turned
 
 _DRAWS = 12

@@ -14,8 +14,8 @@ import scipy
 
 from identify.core.arrays import Array, Mask
 from identify.core.errors import InputError
-from identify.measured.registration.chain import chain
 from identify.robot.description import Robot
+from identify.robot.kinematics import chain
 from identify.robot.mesh import Mesh
 from identify.robot.visual import Looks, by_link
 

@@ -111,28 +111,17 @@ def has_functions(path: Path) -> bool:
 def _datasets(path: Path) -> Iterator[Block | None]:
     """Every dataset, None for a function."""
     cursor = Cursor(read_bytes(path, "a universal file"), str(path))
-    while cursor.opens_dataset():
-        head = cursor.text()
-        match = re.match(r" {0,5}(\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
-        if match is None:
-            raise InputError(
-                cursor.where,
-                f"{head[:20]!r} in place of a dataset number",
-                "a number in columns 1 to 6",
-                EXPORT,
-            )
-        if match[2]:
-            _pass_binary(cursor, head)
+    for number, binary in cursor.datasets():
+        if binary:
+            _pass_binary(cursor, binary)
             yield None
             continue
         first = cursor.line + 1 if cursor.line else 0
-        if int(match[1]) == 58:
+        if number == 58:
             cursor.skip_rest()
             yield None
         else:
-            yield Block(int(match[1]), cursor.rest(), str(path), first)
-    if cursor.dataset == 0:
-        raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
+            yield Block(number, cursor.rest(), str(path), first)
 
 
 def _pass_binary(cursor: Cursor, head: str) -> None:

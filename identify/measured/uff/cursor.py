@@ -5,6 +5,7 @@ is.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 from identify.core.errors import InputError
 
@@ -74,6 +75,24 @@ class Cursor:
                     EXPORT,
                 )
         return False
+
+    def datasets(self, whole: bool = False) -> Iterator[tuple[int, str]]:
+        """Number of each dataset, and its first line where binary data follow, else nothing; the cursor
+        stands behind that line.  whole: whether the number must fill its columns.
+        """
+        while self.opens_dataset():
+            head = self.text()
+            match = re.match(r"( {0,5}\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
+            if match is None or (whole and len(match[1]) != 6):
+                raise InputError(
+                    self.where,
+                    f"{head[:20]!r} in place of a dataset number",
+                    "a number in columns 1 to 6",
+                    EXPORT,
+                )
+            yield int(match[1]), head if match[2] else ""
+        if self.dataset == 0:
+            raise InputError(self.name, "no dataset in the file", "a universal file (UFF)")
 
     def alike(self, start: int, count: int) -> list[bytes]:
         """The next lines at once, without their ends, where they are as long as the line from byte `start` up

@@ -1,5 +1,5 @@
-"""Datasets 58, 58b and 164 of universal files, taken apart; what they mean is said in `uff`, how numbers
-stand there in `uff_values`.
+"""Datasets 58, 58b and 164 of universal files, taken apart; what they mean is said in `read`, how numbers
+stand there in `values`.
 
 Formats: SDRC universal dataset 58 (23-Apr-1993), 58b (UC-SDRL) and 164 (19-Aug-1987).  pyuff is not used for
 them because it takes a short record for a whole one, loses a last set without its end, and cuts binary data
@@ -85,35 +85,21 @@ def read_records(path: Path) -> UffFile:
     records: list[Record58] = []
     length = force = None
     others: list[int] = []
-    while cursor.opens_dataset():
-        head = cursor.text()
-        match = re.match(r"( {0,5}\d{1,6})(b?)(?= |$)", head, re.IGNORECASE)
-        if match is None or len(match[1]) != 6:
-            raise InputError(
-                cursor.where,
-                f"{head[:20]!r} in place of a dataset number",
-                "a number in columns 1 to 6",
-                EXPORT,
+    for number, binary in cursor.datasets(whole=True):
+        if number == 58:
+            records.append(_record58(cursor, binary))
+            continue
+        lines = cursor.rest()
+        others.append(number)
+        if number != 164:
+            continue
+        found = _units164(lines, cursor.where)
+        if length is not None and force is not None and not np.allclose(found, (length, force), rtol=1e-9):
+            said = "1 m = {:g} and 1 N = {:g} of the file, {:g} and {:g} before".format(
+                *(1 / np.array([*found, length, force]))
             )
-        if int(match[1]) == 58:
-            records.append(_record58(cursor, head if match[2] else ""))
-        else:
-            lines = cursor.rest()
-            others.append(int(match[1]))
-            if int(match[1]) == 164:
-                found = _units164(lines, cursor.where)
-                if (
-                    length is not None
-                    and force is not None
-                    and not np.allclose(found, (length, force), rtol=1e-9)
-                ):
-                    said = "1 m = {:g} and 1 N = {:g} of the file, {:g} and {:g} before".format(
-                        *(1 / np.array([*found, length, force]))
-                    )
-                    raise InputError(cursor.where, said, "one dataset 164", "remove the wrong one")
-                length, force = found
-    if cursor.dataset == 0:
-        raise InputError(str(path), "no dataset in the file", "a universal file (UFF)")
+            raise InputError(cursor.where, said, "one dataset 164", "remove the wrong one")
+        length, force = found
     return UffFile(records, length, force, tuple(others))
 
 

@@ -16,14 +16,12 @@ from identify.core.errors import InputError
 from identify.measured.modal_table import ModalTable
 from identify.measured.time_history import TimeHistory
 from identify.modal.analysis import check_by_hand
-from identify.modal.cmif import cmif
-from identify.modal.layout import Layout
+from identify.modal.layout import Layout, cmif
 from identify.modal.lsfd import synthesise
-from identify.modal.operational.correlations import Correlations, chosen_references, correlations
 from identify.modal.operational.jackknife import Scatter, jackknife
 from identify.modal.operational.records import Records, records_of
 from identify.modal.operational.settings import OperationalSettings
-from identify.modal.operational.ssi import subspace
+from identify.modal.operational.ssi import Correlations, chosen_references, correlations, subspace
 from identify.modal.operational.tones import Tone, tones, without
 from identify.modal.reasons import Why, because
 from identify.modal.selection import Candidate, candidates, select

@@ -16,8 +16,7 @@ import scipy
 from identify.core.arrays import Array, Complex, Mask
 from identify.core.interruption import check
 from identify.core.thresholds import PERCENTILES_95, SIGMAS_95
-from identify.modal.operational.correlations import Correlations
-from identify.modal.operational.ssi import Subspace, subspace
+from identify.modal.operational.ssi import Correlations, Subspace, subspace
 from identify.modal.poles import PoleSet
 from identify.modal.selection import Candidate
 

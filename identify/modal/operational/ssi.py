@@ -3,6 +3,12 @@
 The block Hankel matrix of correlations factors into observability and controllability of the system; its
 singular vectors give the first, whose shift the system matrix.  Source: Peeters and De Roeck, Reference-based
 stochastic subspace identification, MSSP 13 (1999) 855-878; one decomposition serves all orders.
+
+Correlations of responses over blocks of a record, and the half spectra that they give.
+
+The correlation of responses to noise decays like a free vibration (James, Carne and Lauffer, Modal Analysis
+10 (1995) 260-277), and so do errors of it, for they are made of the same modes: how much they scatter is
+seen from block to block.
 """
 
 from __future__ import annotations
@@ -13,12 +19,14 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Complex
-from identify.modal.operational.correlations import Correlations
+from identify.core.arrays import Array, Complex, Index
+from identify.modal.operational.records import Records
 from identify.modal.poles import PoleSet
 
 _ROUNDING = 1e-7
 """Of the largest singular value, what rounding leaves of others."""
+_END = 4.6
+"""Of the exponential window on a half spectrum, e^-4.6 = 1 % at its last lag."""
 
 
 @dataclass(frozen=True)
@@ -80,3 +88,71 @@ def subspace(found: Correlations, correlation: Array, rows: int, order: int) -> 
 
 def _unit(rows: Complex) -> Complex:
     return np.asarray(rows / np.linalg.norm(rows, axis=1)[:, None])
+
+
+@dataclass(frozen=True)
+class Correlations:
+    """blocks (blocks, lags, channels, references): E x(t + lag) y(t) of each block, channels and references
+    of unit RMS; size (channels,) that RMS; references: positions among the channels; power (channels,): see
+    `Records`.
+    """
+
+    rate_hz: float
+    blocks: Array
+    references: Index
+    size: Array
+    power: Array
+
+    @property
+    def mean(self) -> Array:
+        """Of all blocks, (lags, channels, references)."""
+        return np.asarray(self.blocks.mean(axis=0))
+
+    def half_spectra(self, band_hz: tuple[float, float]) -> tuple[Array, Complex, float]:
+        """Lines (L,), Hz, in a band, half spectra (L, channels, references) there, and the decay, 1/s, of
+        the exponential window on them.
+
+        Every second line is left out: with this window those between tell nothing of their own.
+        """
+        values = self.mean[:-1]
+        seconds = len(values) / self.rate_hz
+        decay = _END / seconds
+        window = np.exp(-decay * np.arange(len(values)) / self.rate_hz)
+        window[0] = 0.5
+        lines = np.arange(2, len(values) // 2, 2)
+        lines = lines[(lines / seconds >= band_hz[0]) & (lines / seconds <= band_hz[1])]
+        spectra = np.fft.fft(values * window[:, None, None], axis=0)[lines] / self.rate_hz
+        return lines / seconds, spectra, decay
+
+
+def correlations(records: Records, references: Index, lags: int, blocks: int) -> Correlations:
+    """Correlations up to a lag, of about so many blocks of equal length; products reach beyond their ends."""
+    samples = sum(len(take) for take in records.takes)
+    longest = max(len(take) for take in records.takes)
+    length = max(lags, min(samples // blocks, longest - lags))
+    size = records.size
+    found = [
+        _block(take[start : start + length + lags] / size, references, length, lags)
+        for take in records.takes
+        for start in range(0, len(take) - length - lags + 1, length)
+    ]
+    return Correlations(records.rate_hz, np.array(found), references, size, records.power)
+
+
+def _block(values: Array, references: Index, length: int, lags: int) -> Array:
+    """(lags + 1, channels, references)."""
+    size = scipy.fft.next_fast_len(length + 2 * lags, real=True)
+    all_of_them = np.fft.rfft(values, size, axis=0)
+    own = np.fft.rfft(values[:length, references], size, axis=0).conj()
+    pairs = [np.fft.irfft(all_of_them * own[:, [j]], size, axis=0)[: lags + 1] for j in range(own.shape[1])]
+    return np.stack(pairs, axis=2) / length
+
+
+def chosen_references(records: Records, most: int) -> Index:
+    """Channels that together see most: the one farthest from the span of those before, one by one."""
+    if len(records.channels) <= most:
+        return np.arange(len(records.channels))
+    stacked = np.concatenate(records.takes) / records.size
+    covariance = stacked.T @ stacked
+    order = scipy.linalg.qr(covariance, pivoting=True, mode="r")[1]
+    return np.sort(order[:most])

@@ -12,13 +12,11 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.measured.frf_set import POWER, FrfSet
 from identify.measured.modal_table import ModalTable
 from identify.modal.analysis import ModalAnalysis, synthesis_error
-from identify.modal.cmif import cmif
-from identify.modal.layout import Layout
+from identify.modal.layout import Layout, cmif
 from identify.modal.lsfd import ModalModel
 from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why, because
-from identify.modal.reciprocity import reciprocity
-from identify.modal.scaling import scale
+from identify.modal.scaling import reciprocity, scale
 from identify.modal.selection import Candidate
 from identify.modal.setups.analysis import Merged
 from identify.modal.setups.residues import Grid

@@ -1,5 +1,5 @@
-"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry of
-all kinds.
+"""What an effect is: where it sits, what its parameters are and how it enters M, C and K; and the registry
+of all kinds.  What an effect of a third party gives is looked at: else a wrong matrix would be fitted.
 """
 
 from __future__ import annotations
@@ -11,16 +11,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from identify.core.arrays import Array
 from identify.core.config import without_old_keys
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
+from identify.core.plugin import PluginError, name_of, package_of
 from identify.core.registry import Registry, parse_kind
-from identify.model.effects.form import Form
 from identify.model.effects.initial_values import Quantity, start_grid
-from identify.model.effects.place import Beside, Place, Release
+from identify.model.effects.place import Beside, Form, Place, Release
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
 from identify.robot.description import Robot
@@ -59,6 +60,8 @@ EFFECTS = Registry(
     },
     "identify.model.effects.base:Effect",
 )
+_ROUNDING = 1e-9
+_MATRICES = ("stiffness", "damping", "mass", "hysteretic")
 
 
 @dataclass(frozen=True)
@@ -236,3 +239,32 @@ def errors_of(effect: Effect, number: int) -> Iterator[None]:
         found = error.found if own else f"{error.where}: {error.found}"
         where = entry + ((own["key"] or "") if own else "")
         raise InputError(where, found, error.expected, error.fix) from error
+
+
+def check_terms(effect: Effect, terms: Sequence[Term], size: int) -> None:
+    """Raise a PluginError that names the package whose effect gives anything but terms with symmetric
+    matrices (size, size) of finite numbers.
+    """
+    if package_of(type(effect)) == __name__.partition(".")[0]:
+        return
+    for term in terms:
+        if not isinstance(term, Term):
+            raise PluginError(name_of(effect), f"a term of type {type(term).__name__}", "a Term")
+        for role in _MATRICES:
+            check_matrix(effect, f"the {role} of {term.parameter.name}", getattr(term, role), size)
+
+
+def check_matrix(effect: Effect, what: str, matrix: Array | None, size: int) -> None:
+    """The same of one matrix."""
+    if matrix is None or package_of(type(effect)) == __name__.partition(".")[0]:
+        return
+    found, expected = np.asarray(matrix), f"a symmetric matrix ({size}, {size}) of numbers"
+    if found.shape != (size, size):
+        fault = f"a matrix of shape {found.shape}"
+    elif not np.isfinite(found).all():
+        fault = "a matrix with NaN or infinity in it"
+    elif np.abs(found - found.T).max(initial=0.0) > _ROUNDING * np.abs(found).max(initial=0.0):
+        fault = "a matrix that is not symmetric"
+    else:
+        return
+    raise PluginError(name_of(effect), f"{what} is {fault}", expected, "tell its authors, or leave it out")

@@ -15,8 +15,8 @@ from identify.core.errors import InputError
 from identify.core.parameters import DampingValues, Parameter, Values, parameter
 from identify.model.effects.base import Effect, Term
 from identify.model.effects.beam import Beam, evenly, slices
-from identify.model.effects.form import Form
 from identify.model.effects.link_form import bodies_at, link_form
+from identify.model.effects.place import Form
 from identify.model.effects.rigid_body import MOMENTS
 from identify.model.effects.site import Added, Site
 from identify.model.effects.springs import compliance_terms, spring_terms

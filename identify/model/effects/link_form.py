@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array, cross
 from identify.model.effects.beam import Beam
-from identify.model.effects.form import Form, What
+from identify.model.effects.place import Form, What
 from identify.model.effects.rigid_body import MOMENTS, rigid_body
 from identify.model.effects.site import Site
 from identify.robot.description import Link

@@ -4,6 +4,14 @@ The linear spring and damper are the effect `joint-compliance` about rz.  With t
 gear output (the rotor's turn over the ratio) and delta the coordinate rz, the link is at theta + delta, and
 the torque on the link is tau = k e + A_3 e^3, where e is what is left of delta - theta_TE(n theta) once half
 the backlash either way is taken out.  The transmission error acts back on the rotor, so that energy is kept.
+
+Angular transmission error of a gear: its output waves about its input (Nagoya Eq. 9).
+
+    theta_TE = sum over i of A_i cos(i n theta + phi_i)
+
+theta is the drive's turn at the gear output and n the gear ratio, so that n theta is the angle of the motor,
+and an order i counts waves per turn of the motor.  Recorded motion, which knows the joint's angle and not
+every ratio exactly, counts the waves of a turn of the joint instead: i n.
 """
 
 from __future__ import annotations
@@ -14,7 +22,6 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.model.laws.transmission_error import ripple
 
 
 @dataclass(frozen=True)
@@ -69,3 +76,21 @@ class GearSpring:
         for _ in range(30):
             e = e - (stiffness * e + self.cubic * e**3 - torque) / (stiffness + 3 * self.cubic * e**2)
         return np.asarray(e + np.sign(torque) * self.backlash / 2)
+
+
+def per_joint_turn(order: float, ratio: float) -> float:
+    """Waves per turn of the joint, for an order per turn of the motor."""
+    return order * ratio
+
+
+def harmonic(angle: Array, order: float) -> tuple[Array, Array]:
+    """Cosine and sine of an order of an angle, both of the motor or both of the joint."""
+    return np.cos(order * angle), np.sin(order * angle)
+
+
+def ripple(turn: Array, ratio: Array, order: int, amplitude: Array, phase: Array) -> tuple[Array, Array]:
+    """One component of theta_TE, rad, of that order per turn of the motor, and its derivative with respect to
+    the drive's turn, rad, at the gear output.
+    """
+    angle = order * ratio * turn + phase
+    return amplitude * np.cos(angle), -(amplitude * order * ratio * np.sin(angle))

@@ -1,5 +1,8 @@
 """What a robot at a posture changes by where links, joint angles and link lengths are not as stated: matrices
 over the engine's coordinates, which no effect changes, so that they are computed once for each measurement.
+
+Small rotations by rotation vectors, and their exact derivatives (right Jacobian of SO(3); Chirikjian
+2012).
 """
 
 from __future__ import annotations
@@ -9,8 +12,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, cross_matrix
 from identify.model.effects.rigid_body import rigid_body
 from identify.model.nuisances.inertia import moments
 from identify.robot.description import Link, Robot
@@ -22,6 +26,9 @@ _ANGLE, _LENGTH = 1e-3, 1e-4
 """Changes, rad and m, for central differences; what they leave out is 1e-6 of a derivative."""
 WEIGHTED = 4
 """Of the ten inertial parameters of a link, the first four have a weight."""
+Variant = tuple[tuple[Robot, Array], tuple[Robot, Array], float]
+_SMALL = 1e-4
+"""Angle, rad, below which series replace quotients of vanishing numbers."""
 
 
 @dataclass(frozen=True)
@@ -110,9 +117,6 @@ def _weights(engine: Engine, link: str) -> Array:
     return np.array([here, *(one - here for one in there)])
 
 
-Variant = tuple[tuple[Robot, Array], tuple[Robot, Array], float]
-
-
 def _variants(robot: Robot, posture: Array, joints: int, angles: bool, lengths: bool) -> list[Variant | None]:
     """Robots and postures to either side, with the distance between them; None for a joint that was taken
     off.
@@ -175,3 +179,14 @@ def reduced(basis: Basis, shapes: Array) -> Basis:
         Geometry(both(one.mass), both(one.stiffness), one.motion @ shapes) for one in basis.geometry
     )
     return Basis(basis.links, both(basis.mass), both(basis.weight), geometry)
+
+
+def turn_slope(turn: Array) -> tuple[Array, Array]:
+    """R (n, 3, 3) of rotation vectors (n, 3), rad, and Jr (n, 3, 3) with d(R u) = -R (u x Jr d turn)."""
+    angle, cross = np.linalg.norm(turn, axis=-1)[:, None, None], cross_matrix(turn)
+    small = angle < _SMALL
+    far = np.where(small, 1.0, angle)
+    first = np.where(small, 0.5, (1 - np.cos(far)) / far**2)
+    second = np.where(small, 1 / 6, (far - np.sin(far)) / far**3)
+    rotation = scipy.spatial.transform.Rotation.from_rotvec(turn).as_matrix()
+    return rotation, np.eye(3) - first * cross + second * cross @ cross

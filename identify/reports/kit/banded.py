@@ -5,17 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from textwrap import fill
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import Column, Curves, Table
+from identify.reports.kit.figures import INK, PALETTE, WIDTH_IN
 from identify.reports.kit.report import Drawing
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 _LETTERS = 15
 """Of a label beside a panel in one line, for each inch of its height."""
@@ -131,14 +129,10 @@ class Plot:
             for line in panel.lines
         ]
 
-    def figure(self) -> Figure:
+    def figure(self) -> mpl.Figure:
         """The printed figure."""
-        from matplotlib.figure import Figure  # noqa: PLC0415  drawing takes time to import
-
-        from identify.reports.kit.figures import WIDTH_IN  # noqa: PLC0415
-
         rows = -(-len(self.panels) // self.columns)
-        figure = Figure((WIDTH_IN, 0.5 + self.height * rows), layout="constrained")
+        figure = mpl.Figure((WIDTH_IN, 0.5 + self.height * rows), layout="constrained")
         own = any(panel.x for panel in self.panels)
         every = figure.subplots(rows, self.columns, sharex=not own, squeeze=False).ravel()
         handles: dict[str, Any] = {}
@@ -156,7 +150,7 @@ class Plot:
         figure.legend(list(handles.values()), list(handles), loc="outside upper left", ncols=columns)
         return figure
 
-    def _framed(self, axes: Axes, panel: Panel) -> None:
+    def _framed(self, axes: mpl.Axes, panel: Panel) -> None:
         """Title, label, scales and limits."""
         axes.set_ylabel(fill(panel.y.head, round(_LETTERS * self.height), break_long_words=False))
         x_log = self.log_x or panel.log_x
@@ -174,9 +168,7 @@ def _limits(y: Column, line: Line) -> list[Column]:
     return [Column(f"{y.heading}{side}", y.unit, own) for side, own in sides if own is not None]
 
 
-def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: tuple[str, str]) -> Any:
-    from identify.reports.kit.figures import INK, PALETTE  # noqa: PLC0415
-
+def _drawn(axes: mpl.Axes, line: Line, number: int, dash: tuple[float, ...], mark: tuple[str, str]) -> Any:
     color = PALETTE[number % len(PALETTE)]
     y = np.where(np.isfinite(line.y), line.y, np.nan)
     many = len(line.x) > _MANY
@@ -196,12 +188,10 @@ def _drawn(axes: Axes, line: Line, number: int, dash: tuple[float, ...], mark: t
     return axes.plot(line.x, y, color=color, ls=(0, dash) if dash else "-")[0]
 
 
-def _plain(axes: Axes) -> None:
+def _plain(axes: mpl.Axes) -> None:
     """Numbers as they are read, where a logarithmic axis has few decades."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter  # noqa: PLC0415
-
     low, high = axes.get_xlim()
     several = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0) if high < 5 * low else (1.0, 2.0, 5.0)
-    axes.xaxis.set_major_locator(LogLocator(subs=several))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_locator(mpl.LogLocator(subs=several))
+    axes.xaxis.set_major_formatter(mpl.FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(mpl.NullFormatter())

@@ -21,35 +21,21 @@ if TYPE_CHECKING:
     from matplotlib.colors import LogNorm as LogNorm
     from matplotlib.figure import Figure as Figure
     from matplotlib.ticker import FormatStrFormatter as FormatStrFormatter
+    from matplotlib.ticker import FuncFormatter as FuncFormatter
     from matplotlib.ticker import LogFormatter as LogFormatter
     from matplotlib.ticker import LogLocator as LogLocator
     from matplotlib.ticker import MaxNLocator as MaxNLocator
     from matplotlib.ticker import NullFormatter as NullFormatter
     from matplotlib.ticker import NullLocator as NullLocator
 
-_MODULES = {
-    "matplotlib": ("get_data_path", "rc_context"),
-    "matplotlib.axes": ("Axes",),
-    "matplotlib.axis": ("Axis",),
-    "matplotlib.collections": ("LineCollection", "PolyCollection"),
-    "matplotlib.colorbar": ("Colorbar",),
-    "matplotlib.colors": ("Colormap", "LinearSegmentedColormap", "LogNorm"),
-    "matplotlib.figure": ("Figure",),
-    "matplotlib.ticker": (
-        "FormatStrFormatter",
-        "LogFormatter",
-        "LogLocator",
-        "MaxNLocator",
-        "NullFormatter",
-        "NullLocator",
-    ),
-}
+_MODULES = ("", ".axes", ".axis", ".collections", ".colors", ".figure", ".ticker")
 
 
 def __getattr__(name: str) -> Any:
-    for module, names in _MODULES.items():
-        if name in names:
-            return getattr(import_module(module), name)
+    for module in _MODULES if not name.startswith("_") else ():
+        found = getattr(import_module(f"matplotlib{module}"), name, None)
+        if found is not None:
+            return found
     raise AttributeError(name)
 
 

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from identify.core.text import capital
-from identify.reports.kit.cells import Column, Curves, several, unit
+from identify.reports.kit import plotting as mpl
+from identify.reports.kit.cells import NONE, Column, Curves, several, unit
+from identify.reports.kit.figures import BLUE, GRID, MUTED, PALETTE, WIDTH_IN, Room
 from identify.reports.kit.report import (
     EVERYWHERE,
     PAGE,
@@ -28,7 +30,6 @@ from identify.reports.kit.report import (
     origin,
 )
 from identify.reports.modes import tables
-from identify.reports.modes.figure import stabilisation
 from identify.reports.shared import measurement_tables, pick, robot_figure
 from identify.reports.shared.figures import Mac
 from identify.reports.shared.page_data import channels, frf_data, mac_data, robot_data
@@ -53,6 +54,12 @@ _NO_SHAPES = (
 _AUTO_MAC = "Modal assurance criterion of the shapes with each other (autoMAC)."
 _MODELLED = "rebuilt from the modes"
 _FEW, _REJECTED_ROWS = 8, 40
+_MARKS: dict[str, dict[str, Any]] = {
+    "kept by hand": {"marker": "D", "mfc": "none", "mec": PALETTE[0], "mew": 0.8, "ms": 4.2},
+    "dropped by hand": {"marker": "x", "mec": PALETTE[1], "mew": 0.9, "ms": 4.0},
+    "below the threshold": {"marker": "s", "mfc": "none", "mec": PALETTE[4], "mew": 0.8, "ms": 3.6},
+}
+"""How poles look that a choice touched (`identify.results.modes.MARKS`)."""
 
 
 def report(result: ModesResult) -> Report:
@@ -181,3 +188,41 @@ def _diagram(m: AnalysedMeasurement) -> dict[str, Any]:
         "modes": [{"frequency": hz, "label": mode_text(hz, ratio)} for hz, ratio in modes],
         "highest": m.highest_order,
     }
+
+
+def stabilisation(m: AnalysedMeasurement) -> mpl.Figure:
+    """Poles of every order over the mode indicator, with the chosen modes and what choices did."""
+    figure = mpl.Figure((WIDTH_IN, 3.2))
+    [below] = Room(left=0.6, right=0.48, top=0.36).axes(figure)
+    axes = below.twinx()
+    d = m.diagram
+    for k, curve in enumerate(d.indicator.T):
+        below.plot(d.line_hz, np.where(curve > 0, curve, np.nan), color=GRID if k else MUTED, lw=0.8)
+    below.set(
+        yscale="log",
+        xlabel="Frequency (Hz)",
+        ylabel=f"CMIF ({unit(m.frf.unit)})",
+        xlim=(d.line_hz[0], d.line_hz[-1]),
+    )
+    below.grid(False)
+    kinds = (
+        ("unstable", ~d.stable, {"mfc": "none", "mec": PALETTE[7], "mew": 0.5, "ms": 2.6}),
+        ("stable", d.stable, {"ms": 3.2}),
+    )
+    for label, rows, look in kinds:
+        axes.plot(
+            d.frequency_hz[rows],
+            d.order[rows],
+            "o" if label == "unstable" else ".",
+            color=PALETTE[2],
+            label=label,
+            **look,
+        )
+    for name, rows in d.marked():
+        axes.plot(d.frequency_hz[rows], d.order[rows], ls="none", label=name, **_MARKS[name])
+    for k, hz in enumerate(m.modes.frequency_hz):
+        axes.axvline(hz, color=BLUE, lw=0.7, ls=":", label=None if k else "chosen mode")
+    axes.set(ylabel=f"Model order ({NONE})", ylim=(0, 1.06 * m.highest_order))
+    axes.grid(False)
+    figure.legend(*axes.get_legend_handles_labels(), loc="upper left", ncols=6)
+    return figure

@@ -1,8 +1,14 @@
-"""One HTML file that loads nothing: the robot with its meshes, the nodes of a test and where they are."""
+"""Nodes on a robot: one HTML file that loads nothing (the robot with its meshes, the nodes of a test and
+where they are), the points for a study, what the terminal says of them, and the same page of a planned
+test.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -10,13 +16,19 @@ import numpy as np
 from markupsafe import Markup
 
 from identify.core.arrays import Array
-from identify.measured.registration.chain import chain
-from identify.measured.registration.place import Placing
+from identify.core.atomic import ELSEWHERE, write_text
+from identify.core.errors import InputError
+from identify.core.text import count, listed
+from identify.measured.channel import Channel
+from identify.measured.registration.place import Asked, Placing, place_points, summary, unplaced
 from identify.measured.registration.register import Node
 from identify.reports.kit.page import ASSETS, asset, json_inside
+from identify.reports.shown import working
+from identify.results.plan import PlanResult
 from identify.robot.description import Robot
+from identify.robot.kinematics import chain
 from identify.robot.mesh import Mesh, cylinder, joined, simplified, sphere
-from identify.robot.points import Point
+from identify.robot.points import Point, new_points_text
 from identify.robot.pose import inverse, pose
 from identify.robot.posture import z_to
 from identify.robot.visual import by_link
@@ -117,3 +129,62 @@ def _overlay(placing: Placing) -> dict[str, Any] | None:
     row = {node: n for n, node in enumerate(geometry.nodes)}
     segments = [[row[a], row[b]] for line in geometry.lines for a, b in pairwise(line)]
     return {"places": places, "segments": segments}
+
+
+def planned_page(result: PlanResult, robot: Robot, points: Mapping[int, Point]) -> str:
+    """The robot in the first posture of a plan; points: all that could be hit and measured."""
+    hit = dict[int, list[str]]()
+    for impact in map(Channel.parse, result.impacts):
+        hit.setdefault(impact.node, []).append(str(impact).partition(":")[2])
+    sensors = {int(node) for node in result.sensors}
+    said = {
+        node: " and ".join(
+            [
+                *(["sensor"] if node in sensors else []),
+                *([f"impacts along {listed(hit[node])}"] if node in hit else []),
+            ]
+        )
+        for node in sorted({*sensors, *hit})
+    }
+    postures = "; ".join(", ".join(f"{angle:.1f}" for angle in one + 0.0) for one in result.posture_deg)
+    places = {node: points[node] for node in said}
+    placing = unplaced(robot, np.deg2rad(result.posture_deg[0]), tuple(said))
+    note = f"postures of the test: {postures} degrees; drawn is the first, with the same points in all"
+    return points_page(replace(placing, points=places, said=said, notes=(note, *placing.notes)))
+
+
+def write_points(
+    robot: Path, data: Sequence[Path], asked: Asked, out: Path, page: Path | None, quiet: bool
+) -> tuple[Placing, list[Path]]:
+    """Where the nodes of data are on a robot, and what was written: `out`, where the data have a geometry,
+    and the page, by default beside it.  InputError for points that exist, which are kept.
+    """
+    page = page or out.with_suffix(".html")
+    inputs = {path.resolve() for path in (robot, *data, asked.registration.pairs) if path is not None}
+    for option, path in (("--out", out), ("--page", page)):
+        if path.resolve() in inputs:
+            fix = f"choose another with `{option}`"
+            raise InputError(str(path), "an input, which would be overwritten", "a new file", fix)
+    if page.resolve() == out.resolve():
+        raise InputError("--page", f"{page}, which is the file of points", "a file of its own")
+    if out.exists() and data:
+        raise InputError(str(out), "the file exists", "a new file", ELSEWHERE)
+    with working(quiet, "laying the geometry on the robot"):
+        placing = place_points(robot, data, asked)
+    texts = {out: new_points_text(placing.points)} if placing.points else {}
+    texts[page] = points_page(placing)
+    for path, text in texts.items():
+        write_text(path, text)
+    return placing, list(texts)
+
+
+def sentences(placing: Placing) -> Iterator[str]:
+    """How many nodes are placed, what is to be looked at, and what is left to do."""
+    found = placing.registration
+    if found is None:
+        yield f"{count(len(placing.nodes), 'node')} to be put on {placing.robot.name}: open the page"
+        yield from (f"note: {note}" for note in placing.notes)
+        return
+    yield summary(placing)
+    yield from (f"note: {note}" for note in placing.notes)
+    yield from (f"look at node {node}: {text}" for node, text in placing.doubts.items())

@@ -10,8 +10,8 @@ from pydantic import Field
 from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 
 _DECIBEL = 20 / np.log(10)
 

@@ -1,22 +1,27 @@
-"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form for a
-first stage.
+"""FRF residuals in units of their own noise: the maximum-likelihood cost, and a robust logarithmic form
+for a first stage.
+
+Where the model's coordinates are fewer than the sensors, FRFs are compared in coordinates: with outputs S
+(outputs, n) and noise W^-1, residuals W (S y - h) of motions y have the same squares and derivatives as Q'
+W (S y - h) = R y - Q' W h, beside what no motion can change, where W S = Q R line by line and input by
+input.
 """
 
 from __future__ import annotations
 
 from copy import copy
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array, Complex, Index, logarithm
+from identify.core.arrays import Array, Complex, Index, logarithm, real_product
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
-from identify.vibration.costs.compressed import compressed_frfs
-from identify.vibration.costs.information import Rows, by_lines, each_set, over_noise, rows_of
+from identify.vibration.costs.information import Rows, by_lines, each_set, over_noise, rows_of, weights
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 
 LOG_FLOOR = 0.1
 """Relative error below which the logarithmic form no longer trusts a line more: 10 % of the FRF."""
@@ -217,3 +222,56 @@ def add_errors(product: Array, values: Array, free: Index, errors: Index) -> Non
     product[own, -1] += values[free[own]]
     product[-1, own] += values[free[own]]
     product[-1, -1] += values[errors] @ values[errors]
+
+
+@dataclass(frozen=True)
+class CompressedFrfs:
+    """One set: |residual / noise|^2 of motions y (lines, n, inputs) is |R y - w|^2 + rest.
+
+    target: the set with its coordinates as outputs; factor R (lines, inputs, n, n); wanted w (lines, inputs,
+    n).
+    """
+
+    target: FrfTarget
+    factor: Array
+    wanted: Complex
+    rest: float
+
+    def squares(self, candidates: Array) -> Array:
+        """(m,): sums of squares at values (m, parameters)."""
+        moved = np.swapaxes(self.target.predict(candidates), -1, -2)[..., None]
+        left = np.ascontiguousarray(real_product(self.factor, moved)[..., 0] - self.wanted)
+        flat = left.view(float).reshape(len(candidates), -1)
+        return np.asarray(np.einsum("mr,mr->m", flat, flat) + self.rest)
+
+    def rows(self, values: Array, free: Index) -> tuple[Array, Array]:
+        """Residuals (r,) and derivatives (r, free) with the same squares and products as those of all
+        channels.
+        """
+        return self.compared(*self.target.gradient(values, free))
+
+    def compared(self, h: Complex, gradient: Complex) -> tuple[Array, Array]:
+        """The same of motions h (lines, n, inputs) and their derivatives (lines, n, inputs, free)."""
+        every = np.concatenate([gradient, h[..., None]], axis=3)
+        turned = real_product(self.factor, np.swapaxes(every, 1, 2)).reshape(-1, every.shape[3])
+        turned[:, -1] -= self.wanted.ravel()
+        real = np.concatenate([turned.real, turned.imag, np.zeros((1, every.shape[3]))])
+        real[-1, -1] = np.sqrt(self.rest)
+        return real[:, -1], real[:, :-1]
+
+
+def compressed_frfs(target: FrfTarget) -> CompressedFrfs | None:
+    """A set in coordinates; None where instruments do not read them as they are, they are not fewer than the
+    outputs, or a noise is not a number.
+    """
+    size = target.out.shape[1]
+    weight = weights(target)
+    plain = target.plain and target.nuisances is None
+    if not plain or size >= len(target.data.outputs) or not np.isfinite(weight).all():
+        return None
+    turned = np.swapaxes(weight, 1, 2)[..., None]
+    measured = np.swapaxes(np.where(weight > 0, target.data.frf, 0.0), 1, 2)[..., None]
+    basis, factor = np.linalg.qr(turned * target.out)
+    wanted = np.asarray(np.swapaxes(basis, -1, -2) @ (turned * measured), dtype=complex)
+    rest = float(np.sum(np.abs(turned * measured - basis @ wanted) ** 2))
+    return CompressedFrfs(replace(target, out=np.eye(size)), factor, wanted[..., 0], rest)

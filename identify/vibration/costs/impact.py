@@ -17,10 +17,9 @@ from identify.core.arrays import Array, Complex, Index
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
 from identify.model.effects.torque_law import TorqueLaw
-from identify.model.impact import Impact
 from identify.model.impacted import ImpactedFrf
 from identify.model.system import System
-from identify.model.transient import AttachedTorque, Models, Response, simulate
+from identify.model.transient import AttachedTorque, Impact, Models, Response, simulate
 from identify.model.truncation import EndOfRecord
 
 _STEPS_PER_PERIOD = 16

@@ -11,8 +11,8 @@ from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.model.effects.measurement import MeasurementEffect
-from identify.model.impact import Impact
 from identify.model.system import System
+from identify.model.transient import Impact
 from identify.robot.points import Point
 from identify.vibration.costs.impact import simulated_impact
 from identify.vibration.costs.target import FrfTarget

@@ -1,8 +1,8 @@
-"""Measured modes side by side with the model that has them: what a cost is given."""
+"""Measured modes side by side with the model that has them, and all data that a cost compares."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from identify.model.modes import (
     frequency_and_damping_change,
 )
 from identify.model.system import System
+from identify.vibration.costs.target import FrfTarget, together
 from identify.vibration.nuisances.placed import Placed, state
 from identify.vibration.nuisances.sensitivity import structural_changes
 
@@ -49,3 +50,26 @@ class ModalTarget:
             mass, stiffness, numbers = structural_changes(self.nuisances, there)
             change[:, size + numbers] += eigenvalue_change(modes, mass, stiffness)
         return frequency_and_damping_change(modes, change[:, free])
+
+
+@dataclass(frozen=True)
+class Targets:
+    """All data that a cost compares; the impacts on nonlinear systems are simulated together.
+
+    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
+    """
+
+    frf: tuple[FrfTarget, ...] = ()
+    modal: tuple[ModalTarget, ...] = ()
+    nuisances: tuple[int, ...] = ()
+
+    @property
+    def simulated(self) -> bool:
+        """Whether impacts of any of them are simulated."""
+        return any(target.simulated is not None for target in self.frf)
+
+    def __post_init__(self) -> None:
+        if self.simulated:
+            simulator = together(self.frf)
+            frf = tuple(replace(target, simulator=simulator) for target in self.frf)
+            object.__setattr__(self, "frf", frf)

@@ -17,8 +17,8 @@ from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.measured.channel import Channel
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 
 
 class ResonanceWeights(BaseModel):

@@ -15,7 +15,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
-from identify.model.effects.form import Form
+from identify.model.effects.place import Form
 from identify.model.nuisances.inertia import CHANGES
 from identify.robot.description import Robot
 from identify.robot.points import Point

@@ -10,7 +10,7 @@ import scipy
 
 from identify.core.arrays import Array, Index, cross
 from identify.measured.channel import Channel, motors_of
-from identify.model.effects.form import Form
+from identify.model.effects.place import Form
 from identify.model.nuisances.basis import Basis, Geometry, reduced
 from identify.model.nuisances.inertia import CHANGES, moments
 from identify.model.system import System

@@ -11,10 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Complex, Index, real_product
+from identify.core.arrays import Array, Complex, Index, cross_matrix, real_product
 from identify.model.frf import motion_and_transfer
-from identify.model.nuisances.basis import WEIGHTED
-from identify.model.nuisances.turns import cross_matrix, turn_slope
+from identify.model.nuisances.basis import WEIGHTED, turn_slope
 from identify.model.truncation import EndOfRecord, TruncationCorrection, end_by_matrices
 from identify.vibration.nuisances.placed import Placed, State, push, read, wrench
 

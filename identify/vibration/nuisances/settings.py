@@ -18,61 +18,42 @@ Level = Literal["careful", "typical", "meshes"]
 _EACH = ("links", "points", "channels")
 """Groups with values of single links, points and channels."""
 
-Mass = Annotated[float | None, Field(ge=0, lt=1, description="relative, such as 0.02")]
-Centre = Annotated[float | None, Field(ge=0, lt=1, description="centre of mass, m, along each axis")]
-Inertia = Annotated[
-    float | None,
-    Field(
-        ge=0,
-        lt=1,
-        description=(
-            "principal moments of inertia, relative; half of it for products of inertia over the mean of"
-            " two moments"
-        ),
-    ),
-]
+Share = Annotated[float | None, Field(ge=0, lt=1)]
+Degrees = Annotated[float | None, Field(ge=0, lt=45)]
 
 
 class LinkUncertainty(Settings):
     """Inertia of a link."""
 
-    mass: Mass = None
-    centre_m: Centre = None
-    inertia: Inertia = None
+    mass: Share = Field(None, description="relative, such as 0.02")
+    centre_m: Share = Field(None, description="centre of mass, m, along each axis")
+    inertia: Share = Field(
+        None,
+        description=(
+            "principal moments of inertia, relative; half of it for products of inertia over the mean of"
+            " two moments"
+        ),
+    )
 
 
-class LinksUncertainty(Settings):
+class LinksUncertainty(LinkUncertainty):
     """Inertia of all links, and of single ones."""
 
-    mass: Mass = None
-    centre_m: Centre = None
-    inertia: Inertia = None
     each: dict[str, LinkUncertainty] = Field(
         {}, description="other values by name of link, such as {link6: {mass: 0.2}}"
     )
 
 
-Place = Annotated[float | None, Field(ge=0, lt=1, description="position of a point, m, along each axis")]
-Direction = Annotated[
-    float | None, Field(ge=0, lt=45, description="rotation of a sensor about each of its axes, degrees")
-]
-Gain = Annotated[
-    float | None, Field(ge=0, lt=1, description="relative, of each response channel over the force")
-]
-
-
 class PointUncertainty(Settings):
     """A point and its sensor."""
 
-    position_m: Place = None
-    direction_deg: Direction = None
+    position_m: Share = Field(None, description="position of a point, m, along each axis")
+    direction_deg: Degrees = Field(None, description="rotation of a sensor about each of its axes, degrees")
 
 
-class PointsUncertainty(Settings):
+class PointsUncertainty(PointUncertainty):
     """Where sensors and impacts are, and how sensors are turned."""
 
-    position_m: Place = None
-    direction_deg: Direction = None
     each: dict[int, PointUncertainty] = Field(
         {}, description="other values by node, such as {12: {position_m: 0.001}}"
     )
@@ -81,17 +62,14 @@ class PointsUncertainty(Settings):
 class ChannelUncertainty(Settings):
     """A response channel."""
 
-    gain: Gain = None
+    gain: Share = Field(None, description="relative, of each response channel over the force")
 
 
-class ChannelsUncertainty(Settings):
+class ChannelsUncertainty(ChannelUncertainty):
     """Sensitivities of the transducers."""
 
-    gain: Gain = None
-    force_gain: float | None = Field(
+    force_gain: Share = Field(
         None,
-        ge=0,
-        lt=1,
         description=(
             "relative, of the force transducer; 0 where channels were calibrated with it, by a known mass"
         ),
@@ -104,60 +82,48 @@ class ChannelsUncertainty(Settings):
 class ImpactsUncertainty(Settings):
     """How the hammer was held and swung."""
 
-    direction_deg: float | None = Field(
-        None, ge=0, lt=45, description="of each impact in each measurement, about two axes, degrees"
+    direction_deg: Degrees = Field(
+        None, description="of each impact in each measurement, about two axes, degrees"
     )
-    strength: float | None = Field(
+    strength: Share = Field(
         None,
-        ge=0,
-        lt=1,
         description="relative, of each mean peak force in each measurement; for effects that depend on it",
     )
-    duration: float | None = Field(
-        None, ge=0, lt=1, description="relative, of all impacts; for effects that depend on amplitude"
+    duration: Share = Field(
+        None, description="relative, of all impacts; for effects that depend on amplitude"
     )
 
 
 class JointsUncertainty(Settings):
     """Angles of the joints."""
 
-    angle_deg: float | None = Field(None, ge=0, lt=45, description="of each joint at each posture, degrees")
+    angle_deg: Degrees = Field(None, description="of each joint at each posture, degrees")
 
 
 class KinematicsUncertainty(Settings):
     """Places of the joints."""
 
-    position_m: float | None = Field(
-        None, ge=0, lt=1, description="of each joint in its parent link, m, along each axis"
-    )
+    position_m: Share = Field(None, description="of each joint in its parent link, m, along each axis")
 
 
 class SetsUncertainty(Settings):
     """Timing of a measurement."""
 
-    delay_s: float | None = Field(
-        None, ge=0, lt=1, description="of all responses of a measurement against the force, s"
-    )
+    delay_s: Share = Field(None, description="of all responses of a measurement against the force, s")
 
 
 class FlexibleLinksUncertainty(Settings):
     """Form of the links that bend (effect `link-flexibility`), which are no beams."""
 
-    shape: float | None = Field(
+    shape: Share = Field(
         None,
-        ge=0,
-        lt=1,
         description=(
             "slope at a sensor on the link, relative to that of the link's end; a third of it for deflections"
         ),
     )
-    mass: float | None = Field(
-        None, ge=0, lt=1, description="mass that sits elsewhere along the link, relative to the link's"
-    )
-    ends: float | None = Field(
+    mass: Share = Field(None, description="mass that sits elsewhere along the link, relative to the link's")
+    ends: Share = Field(
         None,
-        ge=0,
-        lt=1,
         description=(
             "compliance of each end of the link, where nothing distinguishes it from that of the joint there,"
             " relative to the whole link's"

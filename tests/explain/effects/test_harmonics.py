@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.explain.effects.encoder_eccentricity import EncoderEccentricity
 from identify.explain.effects.harmonics import late, strongest_orders
+from identify.explain.effects.transmission_error import EncoderEccentricity
 from identify.explain.regression import solve
 from tests.explain.moved import moved, problem
 

@@ -18,12 +18,12 @@ from identify.core.errors import InputError, InputErrors
 from identify.discovery.amplitude import level_gap, torque_gaps
 from identify.fitting.fit import fit
 from identify.model.effects.base import EFFECTS, parse_effect
-from identify.model.impact import Impact
+from identify.model.transient import Impact
 from identify.vibration.costs.base import parse_cost
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
-from identify.vibration.nuisances.sentences import sentence
 from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.nuisances.stated import sentence
 from identify.vibration.plan import fit_plan
 from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study

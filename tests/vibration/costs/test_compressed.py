@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from identify.core.parameters import Parameter
-from identify.vibration.costs.compressed import compressed_frfs
-from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
+from identify.vibration.costs.frf_least_squares import (
+    FrfLeastSquares,
+    FrfLeastSquaresObjective,
+    compressed_frfs,
+)
+from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.costs.targets import Targets
 from tests.arms import initial
 from tests.targets import targets
 

@@ -14,8 +14,7 @@ from identify.measured.modal_table import ModalTable
 from identify.model.modes import complex_modes
 from identify.vibration.costs.base import COSTS, parse_cost
 from identify.vibration.costs.eigenfrequency import pair_all
-from identify.vibration.costs.modal_target import ModalTarget
-from identify.vibration.costs.targets import Targets
+from identify.vibration.costs.modal_target import ModalTarget, Targets
 from tests.arms import initial
 from tests.targets import targets
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Complex
-from identify.vibration.channel_faults import channel_faults, fault_notes
 from identify.vibration.costs.target import FrfTarget
+from identify.vibration.notes import channel_faults, fault_notes
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 
