@@ -229,12 +229,17 @@ def _reread(plain: Candidate, best: Candidate, before: FrfTarget, after: FrfTarg
         return np.ones(len(outputs), dtype=bool)
     names = list(zip(one.outputs, other.outputs, strict=True))
     moved = np.any(one.frf != other.frf, axis=0)[outputs, inputs]
-    links = [plain.stated.points[a.node].link != best.stated.points[b.node].link for a, b in names]
+    links = [_link(plain, a.node) != _link(best, b.node) for a, b in names]
     renamed = [a != b for a, b in names]
     forced = [a != b for a, b in zip(one.inputs, other.inputs, strict=True)]
     return np.asarray(
         moved | np.array(renamed)[outputs] | np.array(links)[outputs] | np.array(forced)[inputs]
     )
+
+
+def _link(one: Candidate, node: int) -> str | None:
+    """Of a point; none of a motor."""
+    return one.stated.points[node].link if node in one.stated.points else None
 
 
 def _model(one: Candidate) -> str:
