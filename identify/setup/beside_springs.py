@@ -124,7 +124,7 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Cand
     best: list[Candidate] = []
     for hypothesis in hypotheses:  # a model with every spring is large: no more of them are kept
         one = _read(base, hypothesis)
-        best = sorted([*best, *([] if one is None else [_fitted(one, _FEW)])], key=_cost)[:_SETTLED]
+        best = sorted([*best, *([] if one is None else [one])], key=_cost)[:_SETTLED]
     settled = sorted((_settled(base, one) for one in best), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
     return next(iter(worth or [one for one in settled if _helps(base, one)]), None)
@@ -147,13 +147,15 @@ def _helps(base: Candidate, one: Candidate) -> bool:
 
 
 def _read(base: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate with one more mistake put right, at its values; None where that makes no study."""
+    """A candidate with one more mistake put right, fitted for a few steps from its values on; None where that
+    makes no study, or a model that has no solution.
+    """
     try:
         stated = base.stated.changed(hypothesis.edits)
         score = _at(with_springs(stated), base.score)
-    except (InputError, InputErrors):
+        return _fitted(Candidate(stated, score, (*base.hypotheses, hypothesis)), _FEW)
+    except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
-    return Candidate(stated, score, (*base.hypotheses, hypothesis))
 
 
 def _at(problem: Problem, known: Score) -> Score:
@@ -207,5 +209,5 @@ def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candi
     try:
         stated = first.stated.changed([edit for one in others for edit in one.edits])
         return _fitted(Candidate(stated, _at(with_springs(stated), best.score), others))
-    except (InputError, InputErrors):
+    except (InputError, InputErrors, np.linalg.LinAlgError):
         return None

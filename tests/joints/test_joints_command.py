@@ -93,7 +93,7 @@ def test_the_kobe_robot_s_friction_is_found_from_its_own_records(tmp_path: Path)
         rows = [value(curve, name) for curve in found.values()]
         assert all(low < true < high for (_, low, high, _), true in zip(rows, truth, strict=True))
         assert all(high - low < 0.06 * true for (_, low, high, _), true in zip(rows, truth, strict=True))
-        np.testing.assert_allclose([row[0] for row in rows], given[name], rtol=1e-3)
+        np.testing.assert_allclose([row[0] for row in rows], given[name]["initial"], rtol=1e-3)
 
 
 def test_the_weights_of_robot_and_disks_give_the_torque(tmp_path: Path) -> None:
