@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -24,12 +25,10 @@ from identify.setup.edits import Change
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, Score, scored
-from identify.setup.search import HELPS, Candidate, finer, glanced, of_kinds
-from identify.setup.soft import softened, with_springs
+from identify.setup.search import HELPS, Candidate, finer, glanced, of_kinds, without
+from identify.setup.soft import LINES, softened, with_springs
 from identify.setup.stated import Stated
 from identify.setup.within import times, within
-from identify.vibration.log_shape import LogShape
-from identify.vibration.problem import Problem
 
 _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 """Kinds about how single channels are read, which the soft model itself proposes."""
@@ -76,16 +75,14 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     factors, odds_of_factor = _factors(best, asked)
     if factors:
         edits += times(best.stated, 1 / factors[0].value)
-        best = replace(best, stated=first.stated.changed(edits))
-        best = _fitted(replace(best, score=_at(with_springs(best.stated), best.score)))
+        stated = first.stated.changed(edits)
+        best = replace(best, stated=stated, score=_fitted(stated, best.score))
     if not edits:
         return None
     gaps = [within(one.score, None).gap for one in (first, best)]
-    return (
-        Found(best.hypotheses, factors, min(odds, odds_of_factor), edits, *gaps)
-        if gaps[1] < gaps[0]
-        else None
-    )
+    if gaps[1] >= gaps[0]:
+        return None
+    return Found(best.hypotheses, factors, min(odds, odds_of_factor), edits, *gaps)
 
 
 def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
@@ -123,7 +120,7 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Cand
     """
     best: list[Candidate] = []
     for hypothesis in hypotheses:  # a model with every spring is large: no more of them are kept
-        one = _read(base, hypothesis)
+        one = _tried(base, hypothesis)
         best = sorted([*best, *([] if one is None else [one])], key=_cost)[:_SETTLED]
     settled = sorted((_settled(base, one) for one in best), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
@@ -132,11 +129,11 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Cand
 
 def _settled(base: Candidate, one: Candidate) -> Candidate:
     """A candidate fitted for more steps, with better numbers in its last mistake, if that helps."""
-    one = _fitted(one)
+    one = replace(one, score=scored(one.score.problem, one.score.values, _MORE))
     last = one.hypotheses[-1]
     if last.moved is None or not _helps(base, one):
         return one
-    best = finer(one, _refitted)
+    best = finer(one, partial(_fitted, steps=_FEW))
     numbers = best.hypotheses[-1].numbers
     # What comes down to nothing is an error of what is stated, such as of the posture, and no mistake.
     return base if numbers is None or np.linalg.norm(numbers) < last.reach else best
@@ -146,36 +143,21 @@ def _helps(base: Candidate, one: Candidate) -> bool:
     return _cost(one) <= HELPS * _cost(base)
 
 
-def _read(base: Candidate, hypothesis: Hypothesis) -> Candidate | None:
+def _tried(base: Candidate, hypothesis: Hypothesis) -> Candidate | None:
     """A candidate with one more mistake put right, fitted for a few steps from its values on; None where that
     makes no study, or a model that has no solution.
     """
     try:
         stated = base.stated.changed(hypothesis.edits)
-        score = _at(with_springs(stated), base.score)
-        return _fitted(Candidate(stated, score, (*base.hypotheses, hypothesis)), _FEW)
+        return Candidate(stated, _fitted(stated, base.score, _FEW), (*base.hypotheses, hypothesis))
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
 
 
-def _at(problem: Problem, known: Score) -> Score:
-    """The score of a problem at the values of another, by name."""
-    by_name = dict(zip((p.name for p in known.problem.parameters), known.values, strict=True))
-    begun = replace(
-        problem, parameters=tuple(p.at(by_name.get(p.name, p.initial)) for p in problem.parameters)
-    )
-    values, shape = begun.initial, LogShape(begun)
-    return Score(begun, values, float(shape.costs(values[None])[0]), shape.level(values))
-
-
-def _refitted(stated: Stated, known: Score) -> Score:
+def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE) -> Score:
     """Of a variant with every spring, from the values of another."""
-    there = _at(with_springs(stated), known)
-    return scored(there.problem, there.values, _FEW)
-
-
-def _fitted(one: Candidate, steps: GaussNewton = _MORE) -> Candidate:
-    return replace(one, score=scored(one.score.problem, one.score.values, steps))
+    model = with_springs(replace(stated, lines=LINES).problem(), known.by_name)
+    return scored(model, model.initial, steps)
 
 
 def _cost(one: Candidate) -> float:
@@ -202,12 +184,13 @@ def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, f
 
 
 def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate without one of its mistakes, fitted again; None where that makes no study."""
-    others = tuple(one for one in best.hypotheses if one is not hypothesis)
-    if not others:
+    """A candidate without one of its mistakes, fitted again; None where that makes no study, or a later one
+    holds it too.
+    """
+    if len(best.hypotheses) == 1:
         return first
     try:
-        stated = first.stated.changed([edit for one in others for edit in one.edits])
-        return _fitted(Candidate(stated, _at(with_springs(stated), best.score), others))
+        rest = without(first, best, hypothesis)
+        return None if rest is None else Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None

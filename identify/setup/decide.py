@@ -26,7 +26,7 @@ from identify.setup.constants import Factor, nearest
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import SLIGHT, Score, scored
-from identify.setup.search import Candidate, Searched
+from identify.setup.search import Candidate, Searched, without
 from identify.setup.soft import softened
 from identify.setup.within import levelled, within
 from identify.vibration.costs.target import FrfTarget
@@ -172,13 +172,11 @@ def left_of(before: Candidate, after: Candidate) -> tuple[float, int]:
 
 
 def _without(plain: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate without one of its mistakes; None where a later one has the same key."""
-    others = tuple(one for one in best.hypotheses if one is not hypothesis)
-    stated = plain.stated
-    for one in others:
-        stated = stated.changed(one.edits)
-    if stated.study == best.stated.study and stated.points == best.stated.points:
+    """A candidate without one of its mistakes; None where a later one holds it too."""
+    rest = without(plain, best, hypothesis)
+    if rest is None:
         return None
+    stated, others = rest
     problem = stated.problem()
     same = [p.name for p in problem.parameters] == [p.name for p in best.score.problem.parameters]
     starts = (None, best.score.values) if same else (None,)

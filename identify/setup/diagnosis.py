@@ -118,7 +118,7 @@ def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
     more = _beside_springs(known, found.corrected)
     if more is None:
         return found
-    told = more if named is None else replace(_joined(named, more), softened=True)
+    told = more if named is None else _joined(named, more)
     return Found(Looked(gap, told), scored(known.changed(more.edits).problem()))
 
 
@@ -206,6 +206,7 @@ def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:
             for first in (one.mistakes, *one.instead)
             for second in (more.mistakes, *more.instead)
         )[1:],
+        one.softened or more.softened,
     )
 
 

@@ -41,6 +41,12 @@ class Score:
     level: float
     asked: dict[str, Any] = field(default_factory=dict, repr=False)
 
+    @property
+    def by_name(self) -> dict[str, float]:
+        """Its values by parameter."""
+        names = (parameter.name for parameter in self.problem.parameters)
+        return dict(zip(names, map(float, self.values), strict=True))
+
     def once(self, name: str, find: Callable[[], Found]) -> Found:
         """What was found of it under a name, or is found now."""
         if name not in self.asked:

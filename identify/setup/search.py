@@ -129,15 +129,27 @@ def _slight(base: Candidate) -> tuple[Candidate, ...]:
     return tuple(one for one in tried if one.within.explained)
 
 
+def without(
+    plain: Candidate, best: Candidate, hypothesis: Hypothesis
+) -> tuple[Stated, tuple[Hypothesis, ...]] | None:
+    """The study with all mistakes of a candidate put right but one, and these; None where a later one holds
+    it too.
+    """
+    others = tuple(one for one in best.hypotheses if one is not hypothesis)
+    stated = plain.stated.changed([edit for one in others for edit in one.edits])
+    same = (stated.study, stated.points) == (best.stated.study, best.stated.points)
+    return None if same else (stated, others)
+
+
 def _again(plain: Candidate, best: Candidate) -> Candidate:
     """A candidate with each mistake but the last chosen again beside the others: when it was found, they were
     still there.
     """
     for one in best.hypotheses[:-1]:
-        others = tuple(other for other in best.hypotheses if other is not one)
-        stated = plain.stated.changed([edit for other in others for edit in other.edits])
-        if (stated.study, stated.points) == (best.stated.study, best.stated.points):
-            continue  # a later one holds it too
+        rest = without(plain, best, one)
+        if rest is None:
+            continue
+        stated, others = rest
         base = Candidate(stated, scored(stated.problem()), others)
         alike = [h for h in of_kinds(base, list(KINDS)) if h.code == one.code]
         best = min([best, *refined(base, alike)], key=_cost)

@@ -7,6 +7,7 @@ true mistake it does not.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +15,13 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.score import ROUGH, Score, scored
-from identify.setup.stated import Stated
 from identify.setup.within import within
-from identify.vibration.all_springs import all_springs, springs_of, usual_stiffness
+from identify.vibration.all_springs import all_springs, usual_stiffness
 from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.problem import Problem, with_effects, with_given
 
-_LINES = 10
+LINES = 10
+"""Of each measurement, every other one or so: a dense model takes its time."""
 _STEPS = GaussNewton(evaluations=20, tolerance=5e-3)
 
 
@@ -37,32 +38,28 @@ def springs_explain(score: Score, uncertain: UncertaintySettings | None) -> bool
     return soft.cost <= ROUGH and within(soft, uncertain).explained
 
 
-def with_springs(stated: Stated) -> Problem:
-    """A study with every spring free, of as few lines as `softened`."""
-    springs = springs_of(stated.robot, stated.points, stated.study.effects, shrink=False)
-    study = stated.study.model_copy(update={"effects": [*stated.study.effects, *springs]})
-    file = stated.file.model_copy(update={"study": study})
-    return replace(stated, file=file, lines=_LINES).problem()
+def with_springs(problem: Problem, values: Mapping[str, float]) -> Problem:
+    """A problem with every spring free; parameters named in `values` start there."""
+    effects = [*problem.file.study.effects, *all_springs(problem, shrink=False)]
+    return with_effects(problem, effects, values)
 
 
 def _softened(score: Score) -> Score:
-    values = {p.name: float(v) for p, v in zip(score.problem.parameters, score.values, strict=True)}
     small = _smaller(score.problem)
     rigid = scored(small, score.values)
     if score.cost <= ROUGH:
         return rigid  # it explains the data as it is, up to a factor
-    effects = [*small.file.study.effects, *all_springs(small, shrink=False)]
-    model = with_effects(small, effects, values)
-    free = scored(model, _usual(model, values), _STEPS)
+    model = with_springs(small, score.by_name)
+    free = scored(model, _usual(model, score.by_name), _STEPS)
     return min(free, rigid, key=lambda one: one.cost)  # rigid is the limit of free, which steps may not reach
 
 
 def _smaller(problem: Problem) -> Problem:
-    """Every other line or so: a dense model takes its time."""
+    """The same at few lines."""
     some = [m.given for m in problem.measurements]
     return with_given(
         problem,
-        [replace(one, data=one.data.evenly(_LINES)) for one in some],  # type: ignore[union-attr]
+        [replace(one, data=one.data.evenly(LINES)) for one in some],  # type: ignore[union-attr]
     )
 
 

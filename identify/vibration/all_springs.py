@@ -4,7 +4,7 @@ wrong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from identify.model.effects.base import Effect
 from identify.model.effects.base_compliance import BaseCompliance
@@ -13,8 +13,6 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.mount_compliance import MountCompliance
 from identify.model.effects.springs import Axis
 from identify.model.system import free_coordinates
-from identify.robot.description import Robot
-from identify.robot.points import Point
 from identify.robot.posture import AXES
 from identify.vibration.problem import Problem
 
@@ -25,17 +23,10 @@ _STIFFER, _ARM = 10.0, 0.15
 
 
 def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
-    """Those of a study that was loaded, see `springs_of`."""
-    return springs_of(problem.robot, problem.points, problem.file.study.effects, shrink=shrink)
-
-
-def springs_of(
-    robot: Robot, points: Mapping[int, Point], effects: Sequence[Effect], *, shrink: bool
-) -> list[Effect]:
-    """Of every axis of every joint, of the base and of mounts that a study with these effects holds, and of
-    every link that it does not bend; shrink: by compliance, rigid to begin with.
+    """Of every axis of every joint, of the base and of mounts that the study holds, and of every link that it
+    does not bend; shrink: by compliance, rigid to begin with.
     """
-    free = free_coordinates(robot, effects)
+    robot, free = problem.robot, free_coordinates(problem.robot, problem.file.study.effects)
     found: list[Effect] = []
     for number in range(1, len(robot.joints) + 1):
         axes = _held(f"joint{number}", free)
@@ -48,7 +39,7 @@ def springs_of(
         axes = _held(f"payload{number}", free)
         if axes:
             found.append(MountCompliance(payload=number, axes=axes, shrink=shrink))
-    for link in LinkFlexibility.instances(robot, points):
+    for link in LinkFlexibility.instances(robot, problem.points):
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": shrink}))
     return found

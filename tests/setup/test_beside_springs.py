@@ -10,8 +10,11 @@ import pytest
 from identify.core.yaml_input import yaml_text
 from identify.measured.correction import Correction
 from identify.setup.beside_springs import beside_springs
+from identify.setup.diagnosis import Diagnosis, _joined
 from identify.setup.edits import Edit, Entries, edited, in_words
+from identify.setup.hypothesis import Hypothesis
 from identify.setup.score import scored
+from identify.setup.search import Candidate, without
 from identify.setup.stated import stated
 from identify.setup.within import within
 from identify.vibration.problem import load_problem
@@ -20,6 +23,7 @@ from tests.hidden import config_of
 from tests.setup import studies
 from tests.shared import shared
 
+PAIRS = ((15.0, 0.0), (15.0, 30.0))
 KEY = ("measurements", 0, "correct", "outputs")
 
 
@@ -63,6 +67,25 @@ def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: P
     kept = [first, {**second, "use": "validate"}]
     told = studies.of(tmp_path, studies.config(measurements=kept, uncertainty="careful")).without(0)
     assert np.isfinite(within(scored(told.problem()), told.uncertainty).gap)
+
+
+def test_what_a_later_mistake_holds_too_is_not_left_out(tmp_path: Path) -> None:
+    """Two joints' zeros are one key; two channels are entries of their own."""
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+    zeros = [Edit(("joint_angles", "offset_deg"), [0.0, turn, 0, 0, other, 0]) for turn, other in PAIRS]
+    for edits, held in ((zeros, True), ([Entries(KEY, {"5": 2.0}), Entries(KEY, {"9": 2.0})], False)):
+        wrong = tuple(Hypothesis("", "", (edit,), f"{n}") for n, edit in enumerate(edits))
+        plain, best = Candidate(told, score), Candidate(told.changed(edits), score, wrong)
+        assert (without(plain, best, wrong[0]) is None) == held
+        assert without(plain, best, wrong[1]) is not None
+
+
+def test_gaps_of_what_is_found_beside_springs_are_said_to_be_so() -> None:
+    """Wherever in a diagnosis it was found."""
+    alone, soft = (Diagnosis((), 0.9, 9.0, 3.0, (), (), softened=it) for it in (False, True))
+    assert _joined(alone, soft).softened and _joined(soft, alone).softened
+    assert not _joined(alone, alone).softened
 
 
 def test_entries_are_put_beside_those_that_are_there() -> None:

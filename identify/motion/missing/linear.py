@@ -34,7 +34,7 @@ class Place:
     columns: Array
 
     @property
-    def signed(self) -> bool:
+    def positive(self) -> bool:
         """Whether amplitudes can only be above zero."""
         return isinstance(self.kind, SpringKind) or not (self.kind.least < 0 or self.kind.relative)
 
@@ -157,7 +157,7 @@ class _Reduced:
         they cannot be distinguished.
         """
         columns = np.concatenate([self.rows[n] for n in numbers]).T
-        found = _solved(columns, self.target, positive=self.places[0].signed)
+        found = _solved(columns, self.target, positive=self.places[0].positive)
         if found is None:
             return None
         parts = _by_place([self.places[n] for n in numbers], found[0])
@@ -170,7 +170,7 @@ class _Reduced:
         return Solution(own, np.concatenate(list(able.values())), unknowns, odds), list(able)
 
     def _possible(self, number: int, amplitudes: Array) -> bool:
-        return not self.places[number].signed or bool(amplitudes.max() > 0)
+        return not self.places[number].positive or bool(amplitudes.max() > 0)
 
 
 def _solved(columns: Array, residual: Array, *, positive: bool) -> tuple[Array, float] | None:
