@@ -78,7 +78,10 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         seconds, problem = time.perf_counter() - began, found.problem
     held, told, doubted = stiffness_held(problem, found, truth.get("k", []))
     inside = _inside(problem, found, truth["effects"])
-    hidden, named = {label for effect in truth["effects"] for label in _true(effect)}, _named(problem, found)
+    hidden, named = (
+        {label for effect in truth["effects"] for label in true_labels(effect)},
+        _named(problem, found),
+    )
     if any(effect["kind"] == "friction-springs" for effect in truth["effects"]):
         named |= _acting(problem, found)
     return {
@@ -86,7 +89,7 @@ def score(case: Path, workers: int, uncertainty: str | None = None) -> dict[str,
         "named": sorted(named),
         "sentences": [option.effect.sentence() for option in found.added],
         "probabilities": [round(one, 6) for one in found.probabilities],
-        "true": [set(_labels(problem, option.effect)) <= hidden for option in found.added],
+        "true": [set(labels(problem, option.effect)) <= hidden for option in found.added],
         "right": hidden == named,
         "false_additions": len(named - hidden),
         "gap_before": found.first.gap,
@@ -190,7 +193,7 @@ def _number(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
-def _true(effect: dict[str, Any]) -> Iterator[str]:
+def true_labels(effect: dict[str, Any]) -> Iterator[str]:
     """Labels of a hidden effect: its kind with the place and the class of its axes."""
     kind = _ALSO.get(effect["kind"], effect["kind"])
     if kind == "base-compliance":
@@ -210,10 +213,10 @@ def _true(effect: dict[str, Any]) -> Iterator[str]:
 
 def _named(problem: Problem, found: Discovery) -> set[str]:
     """The same labels of what was found."""
-    return {label for option in found.added for label in _labels(problem, option.effect)}
+    return {label for option in found.added for label in labels(problem, option.effect)}
 
 
-def _labels(problem: Problem, effect: Effect) -> Iterator[str]:
+def labels(problem: Problem, effect: Effect) -> Iterator[str]:
     data = effect.model_dump(mode="json")
     if effect.kind == "base-compliance":
         yield from {f"{effect.kind} {_BASE[axis]}" for axis in data["axes"]}

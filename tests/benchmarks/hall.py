@@ -29,11 +29,12 @@ from identify.model.modes import complex_modes
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem, uncertain_as, with_effects
 from identify.vibration.study import read_study
-from tests.benchmarks.discovery import stiffness_held
+from tests.benchmarks.discovery import labels, stiffness_held, true_labels
 from tests.hidden import config_of
 from tests.shared import ROOT
 
 _FIRST, _OVERDAMPED = 5, 0.5
+_MOST, _AMONG = 3, 5
 
 
 def main() -> None:
@@ -72,6 +73,7 @@ def score(case: Path, workers: int, uncertainty: str | None, limit: float) -> di
     held, told, doubted = stiffness_held(found.problem, found, truth["k"])
     return {
         "importance": truth["importance"],
+        **_against(truth, found),
         "named": {option.effect.sentence(): round(option.gain.log_odds, 1) for option in found.added},
         "gap": [round(one, 3) for one in (found.first.gap, found.final.gap)],
         "gap_validation": [round(one, 3) for one in (found.first.gap_validation, found.final.gap_validation)],
@@ -79,6 +81,26 @@ def score(case: Path, workers: int, uncertainty: str | None, limit: float) -> di
         "stiffness_held": [held, told, doubted],
         "stiffness_error_percent": _stiffness_errors(found, truth["k"]),
         "seconds": round(seconds, 1),
+    }
+
+
+def _against(truth: dict[str, Any], found: Discovery) -> dict[str, Any]:
+    """Of the most important true effects, how many are among the first named; and what is named falsely:
+    where importance is told effect by effect.
+    """
+    importance: dict[str, float] = truth["importance"]
+    if not set(importance) <= {label for effect in truth["effects"] for label in true_labels(effect)}:
+        return {}
+    named = [set(labels(found.problem, option.effect)) for option in found.added]
+    first = set[str]().union(*named[:_AMONG])
+    return {
+        "three most important among first five": sum(one in first for one in list(importance)[:_MOST]),
+        "false": [
+            option.effect.sentence()
+            for option, told in zip(found.added, named, strict=True)
+            if not told <= set(importance)
+        ],
+        "not named": [one for one in importance if one not in set[str]().union(*named)],
     }
 
 

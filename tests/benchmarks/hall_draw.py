@@ -1,0 +1,141 @@
+"""Draw arms with many small effects for `tests.benchmarks.hall`: python -m tests.benchmarks.hall_draw OUT
+--seed N [--count 20] [--dirt careful|typical].
+
+Each arm has six bearings (tilt, radial and axial, each of a stiffness of its own), a base, one of its effects
+much stronger than the others, and by the seed up to two bending links and three hoses; with dirt, everything
+told is a little wrong.  Motions are the exact ones of small vibrations (`tests.generator.linear`), which
+shares no code with the fit.  NAME.truth.json has how much each effect matters: by how many noises the
+noise-free FRFs move when it alone is taken away, nothing refitted.  NAME.heldout.npz is as
+`tests.benchmarks.hall` reads it.  Draw after the work is done, and score once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from tests.benchmarks.discovery import true_labels
+from tests.benchmarks.discovery_draw import DIRT
+from tests.generator.cases import hide
+from tests.generator.dirt import soil
+from tests.generator.effect import Effect
+from tests.generator.generate import generate
+from tests.generator.linear import Linear, linearise
+from tests.generator.makes import MAKES
+from tests.generator.measure import draw_postures, make_plant, stated_decay
+from tests.generator.rigid import Array
+from tests.generator.spec import TestSpec
+
+_BEARINGS = tuple(f"{kind}_j{number}" for kind in ("tilt", "radial", "axial") for number in range(1, 7))
+_BASE = ("base_rocking", "base_sliding", "base_turning")
+_LINKS, _HOSES = ("link2_flex", "link4_flex"), ("absorber_l2", "absorber_l3", "absorber_l4", "absorber_l5")
+_SMALL, _SCATTER, _STRONG = 0.15, 0.5, 5.0
+"""Median strength of an effect beside one that is clearly visible, its spread (ln), and how many times that
+the strongest is.
+"""
+_UNSEEN = 2
+
+
+def many(spec: TestSpec, rng: np.random.Generator) -> TestSpec:
+    """The test with all its effects."""
+    names = [
+        *_BEARINGS,
+        *_BASE,
+        *rng.choice(_LINKS, rng.integers(0, 3), replace=False),
+        *rng.choice(_HOSES, rng.integers(0, 4), replace=False),
+    ]
+    strengths = _SMALL * np.exp(_SCATTER * rng.normal(size=len(names)))
+    strengths[rng.integers(len(names))] *= _STRONG
+    effects = [
+        one
+        for name, strength in zip(names, strengths, strict=True)
+        for one in hide(spec, str(name), float(strength)).effects
+    ]
+    return replace(spec, effects=tuple(effects), case="hall")
+
+
+def write(spec: TestSpec, folder: Path) -> None:
+    """The test's files, its truth and its noise-free FRFs."""
+    measured = draw_postures(spec)
+    unseen = draw_postures(replace(spec, seed=spec.seed + 1, postures=_UNSEEN))
+    generate(spec, folder, postures=measured)
+    truth = folder.parent / f"{folder.name}.truth.json"
+    told = json.loads(truth.read_text())
+    models = [_linear(spec, q) for q in measured]
+    decay = stated_decay(spec, models)
+    told["importance"] = importance(spec, measured[:2], decay)
+    truth.write_text(json.dumps(told, indent=1) + "\n")
+    frequencies = np.arange(spec.band_hz[0], spec.band_hz[1], 1 / spec.duration_s)
+    s = decay + 2j * np.pi * frequencies
+    held: dict[str, Array] = {"f": frequencies}
+    everywhere = [*models, *(_linear(spec, q) for q in unseen)]
+    for number, (posture, model) in enumerate(zip([*measured, *unseen], everywhere, strict=True)):
+        ratio = -model.poles.real / np.abs(model.poles)
+        held[f"q{number}"] = posture
+        held[f"H{number}"] = model.accelerance(s)  # type: ignore[assignment]
+        held[f"modes{number}"] = np.array([np.abs(model.poles) / (2 * np.pi), ratio])
+    np.savez(folder.parent / f"{folder.name}.heldout.npz", **held)  # type: ignore[arg-type]
+
+
+def importance(spec: TestSpec, postures: Array, decay: float) -> dict[str, float]:
+    """Root mean square, in standard deviations of H1's noise, by which FRFs move without one effect each."""
+    frequencies = np.arange(3.0, spec.band_hz[1], 1 / spec.duration_s)
+    s = decay + 2j * np.pi * frequencies
+    noise = _noise(spec, frequencies)[:, None, None]
+    whole = [_linear(spec, q).accelerance(s) for q in postures]
+
+    def moved(without: Effect) -> float:
+        rest = replace(spec, effects=tuple(one for one in spec.effects if one is not without))
+        parts = [_linear(rest, q).accelerance(s) - h for q, h in zip(postures, whole, strict=True)]
+        return float(np.sqrt(np.mean(np.abs(np.array(parts) / noise) ** 2)))
+
+    by_name = {next(true_labels(one.truth())): moved(one) for one in spec.effects}
+    return dict(sorted(by_name.items(), key=lambda item: -item[1]))
+
+
+def _noise(spec: TestSpec, frequencies: Array) -> Array:
+    """Standard deviation of H1 (lines,), m/s^2/N: of white noise over the spectrum of a usual impact, half a
+    sine of 6.5 ms.
+    """
+    times = np.linspace(0.0, 6.5e-3, 200)
+    pulse = spec.peak_n * np.sin(np.pi * times / times[-1])
+    force = np.abs(np.trapezoid(pulse * np.exp(-2j * np.pi * frequencies[:, None] * times), times))
+    samples = spec.duration_s * spec.sample_rate_hz
+    return np.asarray(spec.noise_response * np.sqrt(samples / spec.averages) / spec.sample_rate_hz / force)
+
+
+def _linear(spec: TestSpec, posture: Array) -> Linear:
+    return linearise(make_plant(spec, posture), spec.hammer_points[0])
+
+
+def draw(out: Path, seed: int, count: int, dirt: str | None) -> Sequence[str]:
+    """So many arms in a folder; their names."""
+    rng, names = np.random.default_rng(seed), list[str]()
+    for number in range(count):
+        one = int(rng.integers(1, 10**6))
+        make = list(MAKES)[number % len(MAKES)]
+        spec = many(TestSpec(MAKES[make](one), seed=one, binary=True, linear=True), rng)
+        names.append(f"{number:02d}_{make}")
+        write(soil(spec, DIRT[dirt]) if dirt else spec, out / names[-1])
+        print(names[-1], flush=True)
+    return names
+
+
+def main() -> None:
+    """Draw."""
+    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.hall_draw", description=__doc__)
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--seed", type=int, required=True)
+    parser.add_argument("--count", type=int, default=20)
+    parser.add_argument("--dirt", choices=sorted(DIRT))
+    given = parser.parse_args()
+    draw(given.out, given.seed, given.count, given.dirt)
+
+
+if __name__ == "__main__":
+    main()
