@@ -12,6 +12,7 @@ from identify.discovery.by_amplitude import by_amplitude
 from identify.discovery.by_law import by_law
 from identify.discovery.evidence import EvidenceCriterion, variance_inflation
 from identify.discovery.forms import in_other_forms
+from identify.discovery.importance import ranked
 from identify.discovery.places.screen import PlaceFit
 from identify.discovery.present import present_model
 from identify.discovery.records import timed
@@ -31,11 +32,12 @@ _FOLLOWED = 6
 
 @dataclass(frozen=True)
 class Discovery:
-    """How it went: the model at the start and at the end, the effects added in order, and every step that was
-    looked at, with the places that it looked at, best first.
+    """How it went: the model at the start and at the end, the effects added, the most important first, and
+    every step that was looked at, with the places that it looked at, best first.
 
     problem: with what was found to be uncertain besides what the study says.  probabilities: of each effect
-    added.  late: the time that was given was over before all was looked at.
+    added; gaps_without: the gap if it alone is taken away.  late: the time that was given was over before
+    all was looked at.
     """
 
     problem: Problem
@@ -45,6 +47,7 @@ class Discovery:
     steps: tuple[Step, ...]
     places: tuple[list[PlaceFit], ...] = ()
     probabilities: tuple[float, ...] = ()
+    gaps_without: tuple[float, ...] = ()
     late: bool = False
 
     @property
@@ -68,7 +71,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     for stage in (by_amplitude, at_once, in_other_forms, by_amplitude):
         state = stage(workers, state, story)
     state, places = by_law(workers, state, story)
-    state = _confirmed(workers, state, story)
+    state = ranked(_confirmed(workers, state, story))
     story.say(f"In the end: {standing(state.model)}.")
     steps = _path(workers, first, state, FEW_STEPS if story.late else Task.steps)
     looked = [*([] for _ in steps), places] if places else [[] for _ in steps]
@@ -76,8 +79,12 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         criterion = EvidenceCriterion(variance_inflation(state.problem, state.model))
         steps = [*steps, Step(state.model, (), (), (), criterion)]
     added = tuple(step.found[0] for step in steps if step.found)
-    odds = tuple(one.probability for one in state.added)
-    return Discovery(state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, story.late)
+    odds, without = (
+        tuple(getattr(one, what) for one in state.added) for what in ("probability", "gap_without")
+    )
+    return Discovery(
+        state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, without, story.late
+    )
 
 
 def standing(model: Trial) -> str:

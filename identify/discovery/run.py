@@ -208,6 +208,7 @@ def _added(after: Problem, found: Discovery, fitted: results.FitResult) -> Added
         gap=np.array([option.model.gap for option in found.added]),
         gap_validation=np.array([option.model.gap_validation for option in found.added]),
         probability=np.array(found.probabilities),
+        gap_without=np.array(found.gaps_without),
     )
 
 

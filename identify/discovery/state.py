@@ -28,14 +28,14 @@ class Rival:
 
 @dataclass(frozen=True)
 class Added:
-    """An effect beyond the study's; evidence: its log odds; worth: by how much the gap on data that are not
-    fitted rises without it, where a gap stays.
+    """An effect beyond the study's; evidence: its log odds; gap_without: the gap if it alone is taken away,
+    see `identify.discovery.importance`.
     """
 
     effect: Effect
     evidence: float
-    worth: float = 0.0
     rivals: tuple[Rival, ...] = ()
+    gap_without: float = float("nan")
 
     @property
     def probability(self) -> float:

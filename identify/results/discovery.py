@@ -105,11 +105,12 @@ class StepResult:
 
 @dataclass(frozen=True)
 class AddedEffects:
-    """The effects added (n), in order: sentence, kind, entry of the config (JSON), name with its numbers,
-    gaps after adding it.
+    """The effects added (n), the most important first: sentence, kind, entry of the config (JSON), name with
+    its numbers, gaps after adding it.
 
     parameters: the names of its parameters, with commas between them; probability: that it is there, and
-    neither nothing nor one of its rivals in its place.
+    neither nothing nor one of its rivals in its place; gap_without: if it alone is taken away, nothing
+    refitted, on few lines of the fitted data, or on data not fitted where a gap stays.
     """
 
     FORMERLY: ClassVar[dict[str, tuple[str, float]]] = _FORMERLY
@@ -122,6 +123,7 @@ class AddedEffects:
     gap: Annotated[Array, "sentence"]
     gap_validation: Annotated[Array, "sentence"]
     probability: Annotated[Array, "sentence"] = field(default_factory=lambda: np.zeros(0))
+    gap_without: Annotated[Array, "sentence"] = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, kw_only=True)

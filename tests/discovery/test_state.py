@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from identify.discovery.decimated import decimated
+from identify.discovery.importance import ranked
 from identify.discovery.loop import _confirmed
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.objective import Penalised, Point
@@ -17,12 +18,13 @@ from identify.discovery.state import Added, Rival, State
 from identify.discovery.task import Task, Trial
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
-from identify.model.effects.base import parse_effect
+from identify.model.effects.base import Effect, parse_effect
 from identify.vibration.costs import information
 from identify.vibration.costs.information import by_lines
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
+from identify.vibration.uncertainty import gap
 
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 DELAY = parse_effect({"kind": "time-delay"})
@@ -60,6 +62,16 @@ def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
     assert gain not in found.effects
     assert found.added[0].evidence > 20 and found.added[1].evidence == 50.0
     assert len(said) == 1 and said[0].startswith("Not confirmed: gain of channel")
+    order = ranked(found).added
+    assert [one.effect for one in order] == sorted((TILT, DELAY), key=lambda one: -_gap_without(found, one))
+    for one in order:
+        assert one.gap_without == pytest.approx(_gap_without(found, one.effect), rel=0.1)
+        assert one.gap_without > found.model.gap + 1
+
+
+def _gap_without(state: State, effect: Effect) -> float:
+    model = with_effects(state.problem, state.without(effect), state.model.values)
+    return gap(model.targets(), model.initial)
 
 
 def test_errors_that_are_far_out_are_not_believed_but_forms_are(tmp_path: Path) -> None:

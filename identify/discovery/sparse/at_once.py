@@ -26,7 +26,7 @@ from identify.vibration.uncertainty import gap
 
 @dataclass(frozen=True)
 class _Told:
-    """What the dense fits say, as JSON has it: effects with values, evidence and worth; values of all else;
+    """What the dense fits say, as JSON has it: effects with values and evidence; values of all else;
     whether the forms of links are uncertain.
     """
 
@@ -42,7 +42,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     if closed(state.model) and believable(state.problem, state.model.values) and not _pays(workers, state):
         return state
     told = _Told(*workers.recall(_key("at once", state), lambda: _explained(state, story), "dense fits"))
-    named = [Named(parse_effect(one["effect"]), one["values"], *one["odds"]) for one in told.named]
+    named = [Named(parse_effect(one["effect"]), one["values"], one["odds"]) for one in told.named]
     if not named:
         return state
     problem = state.problem
@@ -55,7 +55,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     steps = FEW_STEPS if story.late else Task.steps
     [model] = workers.run([Task(state.effects, new, values, whole=True, steps=steps)])
     story.say(f"With {listed([one.sentence() for one in new])}, refitted on all lines: gap {model.gap:.2f}.")
-    added = (Added(one.effect, one.evidence, one.worth) for one in named)
+    added = (Added(one.effect, one.evidence) for one in named)
     return State(problem, model, (*added, *state.added))
 
 
@@ -82,7 +82,7 @@ def _explained(state: State, story: Story) -> list[Any]:
         {
             "effect": one.effect.model_dump(mode="json"),
             "values": dict(one.values),
-            "odds": [one.evidence, one.worth],
+            "odds": one.evidence,
         }
         for one in found.named
     ]

@@ -16,12 +16,8 @@ from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem
 
 
-def named(
-    found: Found, evidence: Mapping[str, float], inflated: float, worth: Mapping[str, float]
-) -> list[Named]:
-    """The units that stayed as effects of the catalogue: those first that predictions need most, where a gap
-    stays, else the best supported.
-    """
+def named(found: Found, evidence: Mapping[str, float], inflated: float) -> list[Named]:
+    """The units that stayed as effects of the catalogue, the best supported first."""
     values, result = found.values, list[Named]()
     known = weighed(found.unknowns, found.product, inflated)
     for unit in found.unknowns.units:
@@ -35,9 +31,9 @@ def named(
             effect = SensorMass()
         elif isinstance(effect, SensorMatrix):
             effect, own, _ = fault_of(unit, found.unknowns, found.x, known)
-        result.append(Named(effect, own, evidence[unit.name], worth.get(unit.name, 0.0)))
+        result.append(Named(effect, own, evidence[unit.name]))
     found_all = names.of_all_forces(result, _forces(found.problem))
-    return sorted(found_all, key=lambda one: (-one.worth, -one.evidence))
+    return sorted(found_all, key=lambda one: -one.evidence)
 
 
 def _forces(problem: Problem) -> int:

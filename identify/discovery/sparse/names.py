@@ -39,14 +39,11 @@ _SPAN = 1e3
 
 @dataclass(frozen=True)
 class Named:
-    """An effect with start values by name of parameter; evidence: its log odds; worth: by how much the gap on
-    data that are not fitted rises without it, where a gap stays.
-    """
+    """An effect with start values by name of parameter; evidence: its log odds."""
 
     effect: Effect
     values: Mapping[str, float]
     evidence: float
-    worth: float = 0.0
 
 
 def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
@@ -144,8 +141,7 @@ def of_all_forces(found: Sequence[Named], forces: int) -> list[Named]:
     if len(own) < forces or forces < 2 or np.ptp(np.log(gains)) > _ALIKE:
         return list(found)
     gain = float(np.exp(np.mean(np.log(gains))))
-    total = (sum(getattr(one, what) for one in own) for what in ("evidence", "worth"))
-    whole = Named(FrfGain(), {"frf.gain": gain}, *total)
+    whole = Named(FrfGain(), {"frf.gain": gain}, sum(one.evidence for one in own))
     return [whole, *(one for one in found if one not in own)]
 
 

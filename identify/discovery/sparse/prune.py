@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
-import numpy as np
-
-from identify.core.arrays import Index
 from identify.core.thresholds import CLOSED, CONVINCING, MATERIAL
-from identify.discovery.sparse.evidence import inflation, solved, supports, weighed
+from identify.discovery.sparse.evidence import inflation, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
@@ -21,8 +17,6 @@ SEEN = 1.0
 
 _FEW = 3
 """Units that explain the data, so that no other start can do with much less."""
-_NOTHING = 20.0
-"""Logarithm of how many times smaller an effect is that is not there."""
 
 Say = Callable[[str], None]
 Unseen = Callable[[Problem, Sequence[Effect], dict[str, float]], float]
@@ -101,23 +95,3 @@ def smallest_that_predicts(
     gaps = [unseen(found.study, found.effects, found.values) for found, _ in path]
     last = max(n for n, gap in enumerate(gaps) if gap < min(gaps) * (1 + MATERIAL))
     return path[last]
-
-
-def costs_of_dropping(found: Found, inflated: float, unseen: Unseen) -> dict[str, float]:
-    """By how much the gap on data that are not fitted rises without each unit, all else moved as the
-    quadratic about the fit says.
-    """
-    unknowns, known = found.unknowns, weighed(found.unknowns, found.product, inflated)
-    away, lower, upper = unknowns.away(found.x), *unknowns.limits
-
-    def gap_without(gone: Index) -> float:
-        rest = np.setdiff1d(np.arange(len(away)), gone)
-        pull = known.information[np.ix_(rest, gone)] @ away[gone]
-        x = found.x.copy()
-        x[gone] -= np.where(unknowns.log[gone], _NOTHING, away[gone])
-        moved = x[rest] + solved(known.information[np.ix_(rest, rest)], pull[:, None])[:, 0]
-        x[rest] = np.clip(moved, lower[rest], upper[rest])
-        return unseen(found.study, found.effects, replace(found, x=x).values)
-
-    present = unseen(found.study, found.effects, found.values)
-    return {unit.name: gap_without(unit.amplitudes) - present for unit in unknowns.units}

@@ -40,7 +40,7 @@ from identify.discovery.sparse.fit import (
 from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.prune import SEEN, Pruned, Say, Unseen, costs_of_dropping, pruned
+from identify.discovery.sparse.prune import SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
 from identify.discovery.sparse.unknowns import Unit
 from identify.fitting.selection.workbench import Story
@@ -99,7 +99,8 @@ def explain(
             story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
             closed += [_aligned(one, story, unseen) for one in best]
         likeliest = max(closed, key=_evidence)
-    return _said(likeliest, unseen, story.say)
+    known = likeliest.found
+    return Explained(named(known, likeliest.evidence, likeliest.inflated), known.values, known.study)
 
 
 def _structure(problem: Problem) -> tuple[Effect, ...]:
@@ -469,14 +470,6 @@ def _parts(found: Found, bent: set[str]) -> dict[str, float]:
                 own = values[f"{link}.{what}.{role}"]
                 more |= {f"{link}.{what}.part_{n}.{role}": own for n in (1, 2, 3)}
     return more
-
-
-def _said(kept: Pruned, unseen: Unseen | None, say: Say) -> Explained:
-    worth, found = {}, kept.found
-    if unseen is not None and not kept.closed and not found.late:
-        worth = costs_of_dropping(found, kept.inflated, unseen)
-        say("Effects are ranked by what leaving each out costs on data that are not fitted.")
-    return Explained(named(found, kept.evidence, kept.inflated, worth), found.values, found.study)
 
 
 def _objective(fit: Found) -> float:

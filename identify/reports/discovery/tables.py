@@ -41,7 +41,9 @@ def added_table(result: DiscoveryResult) -> Table:
     """What was added, in order, with its log odds and the gap after it."""
     a, (first, first_other) = result.added, first_gaps(result)
     turn = {step.best: number_of for number_of, step in steps(result) if step.kept}
-    known = [*a.probability, *[np.nan] * (len(a.sentence) - len(a.probability))]
+    known, without = (
+        [*one, *[np.nan] * (len(a.sentence) - len(one))] for one in (a.probability, a.gap_without)
+    )
     columns = [
         words("Step", [turn.get(sentence, NONE) for sentence in a.sentence]),
         words("Effect", a.sentence),
@@ -49,12 +51,14 @@ def added_table(result: DiscoveryResult) -> Table:
         Column("Gap, other data", "", a.gap_validation),
         Column("Explained", "%", [removed(first, gap) for gap in a.gap], percent),
         Column("Other data", "%", [removed(first_other, gap) for gap in a.gap_validation], percent),
+        Column("Gap without it", "", without),
         Column("Log odds", "", a.log_odds),
         Column("Probability", "%", known, percent),
     ]
     note = (
         f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
-        f" data {number(first_other)}. Explained: share of what was above noise at first. Log odds: of the"
+        f" data {number(first_other)}. Explained: share of what was above noise at first. Gap without it: of"
+        " the final model, if it alone is taken away; effects are in this order. Log odds: of the"
         f" model with it over that without it; above {CONVINCING:.0f} convinces. Probability: that it is"
         f" there, and not one of its rivals, beside all else that was named. Other data: {result.elsewhere}."
     )
