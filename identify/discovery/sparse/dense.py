@@ -17,6 +17,7 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Column, Place
 from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
+from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, with_effects
 
 _RELAXES = 0.5
@@ -104,6 +105,11 @@ def _of_sensors(problem: Problem) -> list[Effect]:
         return []
     mass = SensorMass().mass
     return [SensorMass(mass=mass.model_copy(update={"initial": 0.0}))]
+
+
+def links(problem: Problem) -> list[Effect]:
+    """Every link that may bend and twist, and that the study does not bend."""
+    return [one for one in all_springs(problem, shrink=True) if isinstance(one, LinkFlexibility)]
 
 
 def bodies(problem: Problem) -> list[Effect]:

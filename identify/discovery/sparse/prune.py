@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from typing import NamedTuple
 
 from identify.core.thresholds import CLOSED, CONVINCING, MATERIAL
-from identify.discovery.sparse.evidence import inflation, supports, weighed
+from identify.discovery.sparse.evidence import inflation, price, supports, weighed
 from identify.discovery.sparse.fit import Found, refitted
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
@@ -55,29 +55,48 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
     one is then kept that predicts unseen data best.
     """
     asked, least = found.unknowns, SEEN * max(found.gap, 1.0)
-    seen = [one for one in asked.units if asked.moved(one, found.x, found.product) > least]
-    inflated, path = 1.0, list[tuple[Found, dict[str, float]]]()
-    while seen:
-        found = refitted(found, seen)
-        if inflated == 1.0:
-            inflated = inflation(found.problem, found.unknowns.to_values(found.x))
-        support = supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
-        path.append((found, support))
-        gone = _gone(found, support)
-        if not gone:
-            break
-        say(f"Without evidence: {', '.join(sorted(gone))}.")
-        seen = [unit for unit in found.unknowns.units if unit.name not in gone]
-    if not seen:
-        path.append((refitted(found, []), {}))
+    found = refitted(found, [one for one in asked.units if asked.moved(one, found.x, found.product) > least])
+    known = bool(found.unknowns.units)
+    inflated = inflation(found.problem, found.unknowns.to_values(found.x)) if known else 1.0
+    path, needed = [(found, _supports(found, inflated))], dict[str, float]()
+    while gone := _gone(*path[-1], needed):
+        present, support = path[-1]
+        less = _without(present, gone)
+        if len(gone) > 1 and _costs(present, less, inflated) > CONVINCING:
+            gone = {min(gone, key=lambda name: support[name])}
+            less = _without(present, gone)
+        odds = _costs(present, less, inflated)
+        if odds > CONVINCING:
+            needed |= dict.fromkeys(gone, odds)
+        else:
+            say(f"Without evidence: {', '.join(sorted(gone))}.")
+            path.append((less, _supports(less, inflated)))
     if unseen is not None and path[-1][0].gap >= CLOSED:
         return Pruned(*smallest_that_predicts(path, unseen), inflated)
-    return Pruned(*path[-1], inflated)
+    found, support = path[-1]
+    return Pruned(found, support | {name: odds for name, odds in needed.items() if name in support}, inflated)
 
 
-def _gone(found: Found, support: Mapping[str, float]) -> set[str]:
-    """Names of the units that go next, by their log odds."""
-    loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING)
+def _without(found: Found, gone: Set[str]) -> Found:
+    return refitted(found, [unit for unit in found.unknowns.units if unit.name not in gone])
+
+
+def _supports(found: Found, inflated: float) -> dict[str, float]:
+    return supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
+
+
+def _costs(found: Found, less: Found, inflated: float) -> float:
+    """Log odds of a fit over one with less, both at their ends: the curvature at one of them does not show
+    how far the FRFs are from linear in what went.
+    """
+    each = price(found.unknowns.count, inflated)
+    sizes = [fit.unknowns.counted(fit.x)[~fit.unknowns.nuisances].sum() for fit in (found, less)]
+    return float((less.unpriced - found.unpriced) / inflated - each * (sizes[0] - sizes[1]))
+
+
+def _gone(found: Found, support: Mapping[str, float], needed: Mapping[str, float]) -> set[str]:
+    """Names of the units that go next, by their log odds; not those that proved to be needed."""
+    loose = sorted((odds, name) for name, odds in support.items() if odds < CONVINCING and name not in needed)
     if not loose:
         return set()
     at_once = found.gap < CLOSED or found.late

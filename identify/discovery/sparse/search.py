@@ -6,20 +6,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
 from identify.core.thresholds import CLOSED, MATERIAL
+from identify.discovery.sparse.couplings import couplings
 from identify.discovery.sparse.dense import (
-    bodies,
     exchanged,
-    in_parts,
     instruments,
+    links,
     of_all,
-    relaxations,
 )
-from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import (
     PAYS,
     believable,
@@ -37,18 +34,16 @@ from identify.discovery.sparse.fit import (
     settled,
     standing,
 )
-from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
-from identify.discovery.sparse.unknowns import Unit
+from identify.discovery.sparse.trials import Trial, bent_links, by_parts, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
-from identify.model.effects.springs import Springs
 from identify.vibration.all_springs import all_springs
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem, with_uncertainty
@@ -57,6 +52,8 @@ _MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
 _GLANCED, _SETTLED = 4, 3
 """Steps of every trial, and how many of them, the best, are fitted to their end."""
+_LEFT = 0.5
+"""Share of what bearings leave that links leave where some bend."""
 _FAR = 3 * CLOSED
 """Gap from which a fit with links as stated is not pruned."""
 _WIDENED = (0.25, 0.5, 1.0)
@@ -86,9 +83,9 @@ def explain(
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     structure = _structure(problem)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_links_as_told(problem, bending, structure, story, unseen, doubted=doubted)
+    told = _with_links_as_stated(problem, bending, structure, story, unseen, doubted=doubted)
     likeliest = max(told, key=_evidence, default=None)
-    if likeliest is None or not (story.late or likeliest.simple):
+    if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
         closed = [one for one in told if one.closed]
         story.doing("fitting everything that may be missing at once")
         usual = dense_fit(bending, structure, usual=True, until=story.until)
@@ -115,11 +112,67 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
     found = standing(problem, _structure(problem), values)
     springs, count = Quadratic.about(found, found.effects, {}), found.unknowns.count
     gains = [(springs.gain([unit]), len(unit.all)) for unit in springs.units]
-    gains += [(trial.gain, trial.size) for trial in _trials(found)]
+    gains += [(trial.gain, trial.size) for trial in trials(found)]
     return any(gain > count * MATERIAL + price(count) * size for gain, size in gains)
 
 
-def _with_links_as_told(
+def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tuple[Found, bool]:
+    """The fit with bearings, base and mounts that may give way, from rigid ones or, where that leaves much
+    open, from usual ones; and whether it is that, and not the one with links that may bend, which leaves less
+    than half as much.  Bearings give way in every arm; in a wrong model links always take up something.
+    """
+    story.doing("fitting with bearings that may give way")
+    bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
+    fit = dense_fit(problem, bearings, usual=False, until=story.until)
+    if not _open([fit]) or story.late:
+        return fit, True
+    fit = min(fit, dense_fit(problem, bearings, usual=True, until=story.until), key=_objective)
+    story.doing("fitting with links that may give way, too")
+    other = dense_fit(problem, structure, usual=False, until=story.until)
+    return (other, False) if other.gap**2 - 1 < _LEFT * (fit.gap**2 - 1) else (fit, True)
+
+
+def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: bool) -> list[Found]:
+    """The fit with what bearings do not stand for as long as something pays; once a link bends, with forms of
+    links uncertain.
+    """
+    for _ in range(_MOST_ENTERED):
+        before, fits = fit, _further(fit, story, 1, doubted=doubted)
+        [fit, *_] = fits
+        if fit is before or not _open(fits):
+            return fits
+        if fit.study is not bending and any(isinstance(one, LinkFlexibility) for one in fit.effects):
+            fit = gone_on(replace(fit, study=bending), fit.effects, {}, STEPS)
+    return [fit]
+
+
+def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
+    """The fit with what no spring stands for in two rounds; where links bend by parts, gone on with their
+    forms uncertain in the second.
+    """
+    fits = _further(fit, story, 1)
+    if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
+        return [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
+    return _further(fits[0], story, 1) if _open(fits) else fits
+
+
+def _complete(kept: Pruned) -> bool:
+    """Whether a model that explains the data leaves nothing to another start: links that bend, which its
+    bearings may stand for, would gain no more than estimators get wrong; or it has some, and began as that
+    other start does, and their forms are uncertain.
+    """
+    found = kept.found
+    if any(isinstance(one, LinkFlexibility) for one in found.effects):
+        return kept.closed and found.usual and bool(found.problem.nuisances.entries)
+    if not kept.closed:
+        return False
+    local = Quadratic.about(found, (*found.effects, *links(found.study)), {})
+    new = [unit for unit in local.units if isinstance(unit.effect, LinkFlexibility)]
+    size = sum(len(unit.all) for unit in new)
+    return local.gain(new) < found.unknowns.count * MATERIAL + price(found.unknowns.count) * size
+
+
+def _with_links_as_stated(
     problem: Problem,
     bending: Problem,
     structure: tuple[Effect, ...],
@@ -128,23 +181,21 @@ def _with_links_as_told(
     *,
     doubted: bool,
 ) -> list[Pruned]:
-    """From rigid bearings, with what no spring stands for in two rounds; where links bend by parts, gone on
-    with their forms uncertain in the second.
+    """What is missing beside bearings or, where they bend, links, none of them of another form than stated
+    unless that is open.
     """
-    story.doing("fitting with rigid bearings and links that may give way")
-    fit = dense_fit(problem, structure, usual=False, until=story.until)
-    fits = _further(fit, story, 1, doubted=doubted)
-    if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
-        fits = [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
-    elif _open(fits):
-        fits = _further(fits[0], story, 1)
+    fit, bearings = _begun(problem, structure, story)
+    if bearings:
+        fits = _beside_bearings(fit, bending, story, doubted=doubted)
+    else:
+        fits = _beside_links(fit, bending, story)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
     models = [(one, _aligned(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
-    again = [one for one, model in models if _may_stand_for_others(one, model, structure)]
+    again = [one for one, model in models if _may_stand_for_others(one, model, fit.effects)]
     for one in again:
         if not story.late:
             fit = afresh(one)
-            models.append((fit, _aligned(fit, story, unseen)))
+            models += [(fit, _aligned(fit, story, unseen))] if fit.gap < CLOSED else []
     return [model for _, model in models]
 
 
@@ -153,12 +204,14 @@ def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
     are turned, and what only stood for that goes: none is softest exactly along those of its joint's frame.
     """
     model = pruned(found, story.say, unseen)
+    if not model.closed or story.late:
+        return model
     pays = PAYS * price(found.unknowns.count)
-    for trial in _coupled(model.found) if model.closed else ():
-        if trial.gain > pays and not story.late:
-            turned = pruned(gone_on(model.found, trial.effects, {}), story.say, unseen)
-            model = max(model, turned, key=_evidence)
-    return model
+    coupled = [pair for gain, [pair] in couplings(model.found) if gain > pays]
+    if not coupled:
+        return model
+    effects = exchanged(model.found.effects, coupled)
+    return max(model, pruned(gone_on(model.found, effects, {}), story.say, unseen), key=_evidence)
 
 
 def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
@@ -242,8 +295,7 @@ def _one_further(
     believed: whether its errors are; shares: as `_tried` has them.
     """
     story.doing("scoring what else may be missing")
-    trials = _trials(found)
-    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials]
+    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials(found)]
     worth = _worth(found, likely, each_costs)
     if not worth:
         return None
@@ -274,17 +326,6 @@ def _before(found: Found) -> float:
     last, others = found.study.robot.links[-1].name, len(found.study.robot.links) - 2
     bodies = [one for one in found.unknowns.entered if isinstance(one, AddedMass)]
     return float(np.log(max(others, 1)) * sum(one.link == last for one in bodies))
-
-
-class Trial(NamedTuple):
-    """What may go on: what it would gain at first order, its effects, the values that new ones begin with,
-    and how many unknowns it adds.
-    """
-
-    gain: float
-    effects: tuple[Effect, ...]
-    values: Mapping[str, float]
-    size: int
 
 
 def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Trial]:
@@ -353,123 +394,11 @@ def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     return min([more, afresh(more)], key=_objective)
 
 
-def _trials(found: Found) -> Iterator[Trial]:
-    """Everything that may go on."""
-    yield from _linear(found)
-    for effects, values in _in_parts(found):
-        yield Trial(_foreseen(found, effects, values), effects, values, len(values))
-    yield from _coupled(found)
-    beside = Beside.of(found.unknowns, found.x, found.product)
-    for gain, effects in moved_mounts(found.study, found.effects, beside):
-        yield Trial(gain, effects, {}, 3)
-    for one in candidates(found.problem, beside):
-        yield Trial(one.gain, (*found.effects, one.effect), one.values, len(one.values))
-
-
-def _linear(found: Found) -> Iterator[Trial]:
-    """Instruments, relaxations, bodies: all of a family at once, and each of them alone."""
-    families = instruments(found.study), relaxations(found.study), _bodies(found)
-    absent = [new for some in families if (new := _absent(found, some))]
-    if not absent:
-        return
-    local = Quadratic.about(found, (*found.effects, *(one for some in absent for one in some)), {})
-    for some in absent:
-        own = [unit for unit in local.units if unit.effect in some]
-        yield Trial(local.gain(own), (*found.effects, *some), {}, sum(len(unit.all) for unit in own))
-        if len(own) > 1:
-            for unit in own:
-                values = local.there([unit]) if found.gap < CLOSED else {}
-                yield Trial(local.gain([unit]), (*found.effects, _alone(unit)), values, len(unit.all))
-
-
-def _absent(found: Found, some: Sequence[Effect]) -> list[Effect]:
-    """Those that a fit does not have; of sensors those that are not free."""
-    free = {point for one in found.effects if isinstance(one, SensorMatrix) for point in one.points}
-    rest = list[Effect]()
-    for one in some:
-        if isinstance(one, SensorMatrix):
-            points = [point for point in one.points if point not in free]
-            rest += [one.model_copy(update={"points": points})] if points else []
-        elif one not in found.effects:
-            rest.append(one)
-    return rest
-
-
-def _alone(unit: Unit) -> Effect:
-    """The effect with that unit alone."""
-    if not isinstance(unit.effect, SensorMatrix):
-        return unit.effect
-    points = [point for point in unit.effect.points if str(point) == unit.name]
-    return unit.effect.model_copy(update={"points": points})
-
-
-def _bodies(found: Found) -> Sequence[Effect]:
-    """Not beside free sensors, which take up any scale of the masses."""
-    free = any(isinstance(one, SensorMatrix) for one in found.effects)
-    return () if free else bodies(found.study)
-
-
-def _foreseen(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> float:
-    """What other effects would gain where they begin."""
-    local = Quadratic.about(found, effects, values)
-    return local.gain([unit for unit in local.units if unit.effect not in found.effects])
-
-
-def _bent(found: Found) -> set[str]:
-    """Names of the links whose bending moves more than what is left."""
-    unknowns = found.unknowns
-    return {
-        unit.effect.link
-        for unit in unknowns.units
-        if isinstance(unit.effect, LinkFlexibility)
-        and not unit.effect.nonuniform
-        and unknowns.moved(unit, found.x, found.product) > SEEN * found.gap
-    }
-
-
-def _in_parts(found: Found) -> Iterator[tuple[tuple[Effect, ...], dict[str, float]]]:
-    """The effects with all links by parts that bend, and the values of these; nothing where none does."""
-    if bent := _bent(found):
-        yield tuple(in_parts(found.effects, bent)), _parts(found, bent)
-
-
 def _by_parts(found: Found, story: Story) -> Iterator[Found]:
     """The fit with links by parts where one bends beside other units, which may compensate for its form."""
     seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
-    if len(seen) > len(_bent(found)) and not story.late:
-        yield from (gone_on(found, *parts) for parts in _in_parts(found))
-
-
-def _coupled(found: Found) -> Iterator[Trial]:
-    """The springs across z of one body coupled, where any of these gives way."""
-    pairs = [(one, one.model_copy(update={"coupled": True})) for one in _uncoupled(found)]
-    if not pairs:
-        return
-    local = Quadratic.about(found, exchanged(found.effects, pairs), {})
-    for one, turned in pairs:
-        own = [unit for unit in local.units if unit.effect == turned]
-        effects = exchanged(found.effects, [(one, turned)])
-        yield Trial(local.gain(own), effects, {}, 2 * len(turned.pairs))
-
-
-def _uncoupled(found: Found) -> Iterator[Springs]:
-    """Effects whose springs across z give way and are not coupled."""
-    for one in found.effects:
-        if isinstance(one, Springs) and one.pairs and not one.coupled:
-            soft = found.unknowns.soft([unit for unit in found.unknowns.units if unit.effect == one], found.x)
-            if any(set(pair) & set(soft) for pair in one.pairs):
-                yield one
-
-
-def _parts(found: Found, bent: set[str]) -> dict[str, float]:
-    """Values of parts that are as stiff as the whole."""
-    values, more = found.values, dict[str, float]()
-    for link in bent:
-        for what in ("bending_1", "bending_2", "torsion"):
-            for role in ("compliance", "retardation_time"):
-                own = values[f"{link}.{what}.{role}"]
-                more |= {f"{link}.{what}.part_{n}.{role}": own for n in (1, 2, 3)}
-    return more
+    if len(seen) > len(bent_links(found)) and not story.late:
+        yield from (gone_on(found, *parts) for parts in by_parts(found))
 
 
 def _objective(fit: Found) -> float:

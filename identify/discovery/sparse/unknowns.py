@@ -237,6 +237,8 @@ def _unit_of(effect: Effect, name: str) -> str:
         return f"{body}.relaxation"
     if axis in _CLASSES and not body.startswith("payload"):
         return f"{body}.{_CLASSES[axis]}"
-    if isinstance(effect, MeasurementEffect | AddedMass) or "matrix_" in name:
+    if isinstance(effect, AddedMass):
+        return f"{body}.body"  # the link may bend, too
+    if isinstance(effect, MeasurementEffect) or "matrix_" in name:
         return name.rpartition(".")[0] if effect.kind != "sensor-matrix" else body
     return body

@@ -16,7 +16,8 @@ import pytest
 from identify.core.threads import one_thread
 from identify.discovery.decimated import below, decimated
 from identify.discovery.records import timed
-from identify.discovery.sparse.dense import of_all, with_more
+from identify.discovery.sparse import prune
+from identify.discovery.sparse.dense import bodies, instruments, of_all, with_more
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import supports, weighed
 from identify.discovery.sparse.fit import Found, afresh, dense_fit, gone_on, refitted
@@ -213,6 +214,30 @@ def test_of_models_that_predict_alike_the_smallest_is_kept(hammered: Hammered) -
         few = refitted(kept, [u for u in kept.unknowns.units if u.name == "joint2.tilt"])
         path: list[tuple[Found, dict[str, float]]] = [(found, {}), (kept, {}), (few, {}), (without, {})]
         assert smallest_that_predicts(path, left_by)[0] is few
+
+
+def test_what_proves_to_be_needed_stays_whatever_the_curvature_says(
+    hammered: Hammered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Said to be without evidence are all units: those stay without which the fit ends far worse."""
+    with one_thread():
+        found = dense_fit(
+            hammered.of("tilt_j2", 4), (all_springs(hammered.of("tilt_j2", 4), shrink=True)[1],), usual=True
+        )
+        monkeypatch.setattr(
+            prune, "supports", lambda unknowns, *_: {one.name: -1.0 for one in unknowns.units}
+        )
+        kept = prune.pruned(found, lambda _: None)
+    assert list(kept.evidence) == ["joint2.tilt"]
+    assert kept.evidence["joint2.tilt"] > 100
+    assert kept.found.gap == pytest.approx(found.gap, abs=0.05)
+
+
+def test_whatever_may_be_missing_has_a_name_of_its_own(hammered: Hammered) -> None:
+    problem = hammered.of("none", 4)
+    every = (*all_springs(problem, shrink=True), *instruments(problem), *bodies(problem))
+    names = [unit.name for unit in Unknowns(with_more(problem, every), len(problem.file.study.effects)).units]
+    assert len(set(names)) == len(names) > 40
 
 
 def test_an_axis_that_something_else_stood_for_gives_way_once_that_is_gone(hammered: Hammered) -> None:
