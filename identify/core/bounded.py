@@ -12,11 +12,11 @@ _PATIENCE = 3
 
 
 def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:
-    """(f,), by exchanging all at once that are on the wrong side, held ones whose slope points inside and free
-    ones that are out of their bounds (block principal pivoting: Portugal, Judice and Vicente, Math. Comput. 63,
-    1994), which ends after a few exchanges or not at all.  Where there are no fewer wrong ones for some
-    exchanges, a primal active set (Nocedal and Wright, Numerical Optimization, 2006, section 16.5) goes on
-    from there: held ones are let go one at a time, and each step ends at the first bound that it meets.
+    """(f,), by exchanging all at once that are on the wrong side, held ones whose slope points inside and
+    free ones that are out of bounds (block principal pivoting: Portugal, Judice and Vicente, Mathematics of
+    Computation 63, 1994), which ends after a few exchanges or not at all.  Where some exchanges leave no
+    fewer wrong ones, a primal active set (Nocedal and Wright, Numerical Optimization, 2006, section 16.5)
+    goes on from there: held ones are let go one at a time, and each step ends at the first bound it meets.
 
     Few are held: their multipliers are solved for by their block of the inverse, which is found once.
     """
@@ -33,7 +33,7 @@ def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> 
         aim[held] = ends
         leaving = np.where(aim < low, -1, np.where(aim > high, 1, 0))
         inward = held[side[held] * pull > tolerance[held]]
-        wrong = np.count_nonzero(leaving) + len(inward)
+        wrong = int(np.count_nonzero(leaving)) + len(inward)
         if not wrong:
             change = aim
             break

@@ -68,11 +68,16 @@ def scored(
     start: Array | None = None,
     optimizer: GaussNewton = _QUICK,
     shape: LogShape | None = None,
+    *,
+    near: bool = False,
 ) -> Score:
     """A variant, fitted from the best scale of its start values by magnitudes, or from `start` (parameters,)
-    if that is better; shape: of the problem, where it is there already.
+    if that is better, or (near) from there in any case; shape: of the problem, where it is there already.
     """
     scale, shape = Scale(problem.parameters), shape or LogShape(problem)
+    if near:
+        assert start is not None
+        return _score(problem, shape, scale.to_values(_led(shape, scale, scale.to_x(start), optimizer)))
     magnitudes = shape.of_magnitudes()
     given = [] if start is None else [scale.to_x(start)]
     scaled = [scale.to_x(values) for values in scaled_drives(problem)]
@@ -81,7 +86,10 @@ def scored(
     x = starts[int(np.argmin(costs))]
     if start is None or costs[0] > costs.min():
         x = _led(magnitudes, scale, x, GaussNewton(evaluations=_TOWARDS, tolerance=2e-3))
-    values = scale.to_values(_led(shape, scale, x, optimizer))
+    return _score(problem, shape, scale.to_values(_led(shape, scale, x, optimizer)))
+
+
+def _score(problem: Problem, shape: LogShape, values: Array) -> Score:
     return Score(problem, values, float(shape.costs(values[None])[0]), shape.level(values))
 
 
