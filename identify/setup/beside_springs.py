@@ -26,6 +26,7 @@ from identify.setup.constants import Factor, near
 from identify.setup.decide import LEFT, left_of, log_odds
 from identify.setup.edits import Change
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.kinds.angles import STEP_DEG
 from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, Score, scored
 from identify.setup.search import HELPS, Candidate, finer, glances, of_kinds, without
@@ -49,6 +50,8 @@ _LEFT = 0.5
 """
 _TOLD_APART = 1.02
 """Times the least cost up to which another mistake in place of the last one explains as much."""
+_LEVEL = (0.0,)
+"""Scales of drives are the same for all: what is known of them says how they go along the arm."""
 _STEP = GaussNewton(evaluations=2)
 _FEW = GaussNewton(evaluations=6, tolerance=1e-2)
 _MORE = GaussNewton(evaluations=20, tolerance=5e-3)
@@ -57,8 +60,8 @@ _MORE = GaussNewton(evaluations=20, tolerance=5e-3)
 @dataclass(frozen=True)
 class Found:
     """Mistakes; what else explains as much in place of the last one; common factors that the FRFs may have,
-    the nearest first; the least of their log odds; what puts all right, and the gaps that every spring leaves
-    before and after.
+    the likeliest first; the least of their log odds; what puts all right, and the gaps that every spring
+    leaves before and after.
     """
 
     hypotheses: tuple[Hypothesis, ...]
@@ -89,9 +92,8 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     edits = tuple(edit for one in best.hypotheses for edit in one.settled(best.score))
     factors, odds_of_factor = _factors(best, asked)
     if factors:
+        factors, best = _of_factors(best, factors)
         edits += times(best.stated, 1 / factors[0].value)
-        stated = first.stated.changed(edits)
-        best = replace(best, stated=stated, score=_fitted(stated, best.score))
     if not edits:
         return None
     gaps = [within(one.score, None).gap for one in (first, best)]
@@ -118,6 +120,17 @@ def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
     return tuple(nearest), odds if known else np.inf
 
 
+def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Factor, ...], Candidate]:
+    """Factors, that which leaves the least gap first, and the candidate with it."""
+    tried = []
+    for one in factors:
+        stated = best.stated.changed(times(best.stated, 1 / one.value))
+        score = _fitted(stated, best.score)
+        tried.append((within(score, None).gap, one, score))
+    tried.sort(key=lambda one: one[0])
+    return tuple(one for _, one, _ in tried), replace(best, score=tried[0][2])
+
+
 def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
     """The most promising hypotheses on top of a candidate, by its fit with springs and by its own without;
     and of how many.
@@ -141,7 +154,8 @@ def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> list
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
     found = worth or [one for one in settled if _may_hide(base, one)]
     alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
-    return sorted(alike, key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
+    alike.sort(key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
+    return list({one.hypotheses[-1].sentence: one for one in reversed(alike)}.values())[::-1]
 
 
 def _may_hide(base: Candidate, one: Candidate) -> bool:
@@ -173,7 +187,7 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
 
 
 def _refitted(score: Score) -> Score:
-    return scored(score.problem, score.values, _MORE, near=True)
+    return scored(score.problem, score.values, _MORE, slopes=())
 
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
@@ -201,13 +215,22 @@ def _settled(base: Candidate, seen: Candidate) -> Candidate:
     """
     stated = base.stated.changed(seen.hypotheses[-1].edits)
     one = replace(seen, stated=stated, score=_fitted(stated, seen.score))
-    last = one.hypotheses[-1]
+    last, turned = one.hypotheses[-1], _turned(base, one)
+    if 0 < turned < STEP_DEG:
+        return base  # an error of the posture as it is stated, whatever it is called
     if last.moved is None or not _helps(base, one):
         return one
     best = finer(one, partial(_fitted, steps=_FEW))
     numbers = best.hypotheses[-1].numbers
     # What comes down to nothing is an error of what is stated, such as of the posture, and no mistake.
     return base if numbers is None or np.linalg.norm(numbers) < last.reach else best
+
+
+def _turned(base: Candidate, one: Candidate) -> float:
+    """By how much a candidate turns any joint away from where the base has it, degrees."""
+    pairs = zip(base.score.problem.measurements, one.score.problem.measurements, strict=True)
+    away = [np.exp(1j * (m.given.posture - other.given.posture)) for m, other in pairs]
+    return float(np.degrees(np.max(np.abs(np.angle(away)))))
 
 
 def _helps(base: Candidate, one: Candidate) -> bool:
@@ -221,9 +244,9 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
     problem = replace(stated, lines=lines).problem()
     reread = read_otherwise(problem, known)
     if reread is not None:
-        return scored(reread, known.values, steps, near=True)
+        return scored(reread, known.values, steps, slopes=())
     model = with_springs(problem, known.by_name)
-    return scored(model, model.initial, steps)
+    return scored(model, model.initial, steps, slopes=_LEVEL)
 
 
 def _cost(one: Candidate) -> float:
@@ -250,13 +273,14 @@ def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, f
 
 
 def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate without one of its mistakes, fitted again; None where that makes no study, or a later one
-    holds it too.
+    """A candidate without one of its mistakes, fitted again from where it led: a fit as stated may have ended
+    in a valley that a mistake only leads out of.  None where that makes no study, or a later one holds it too.
     """
-    if len(best.hypotheses) == 1:
-        return first
     try:
         rest = without(first, best, hypothesis)
-        return None if rest is None else Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
+        if rest is None:
+            return None
+        again = Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
+    return again if again.hypotheses else min(again, first, key=_cost)
