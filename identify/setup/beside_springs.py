@@ -274,7 +274,8 @@ def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, f
 
 def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
     """A candidate without one of its mistakes, fitted again from where it led: a fit as stated may have ended
-    in a valley that a mistake only leads out of.  None where that makes no study, or a later one holds it too.
+    in a valley that a mistake only leads out of.  None where that makes no study, or a later one holds it
+    too.
     """
     try:
         rest = without(first, best, hypothesis)
