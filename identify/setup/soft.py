@@ -49,10 +49,12 @@ def read_otherwise(problem: Problem, known: Score) -> Problem | None:
     where it is of another robot, other points or postures.
     """
     pairs = list(zip(problem.measurements, known.problem.measurements, strict=False))
+    own, effects = problem.file.study.effects, known.problem.file.study.effects
     same = (
         problem.robot is known.problem.robot
         and all(point is known.problem.points.get(node) for node, point in problem.points.items())
-        and known.problem.file.study.effects[: len(problem.file.study.effects)] == problem.file.study.effects
+        and len(effects) > len(own)
+        and effects[: len(own)] == own
         and all(one.given.posture.tobytes() == other.given.posture.tobytes() for one, other in pairs)
     )
     return with_given(known.problem, [m.given for m in problem.measurements]) if same else None
