@@ -6,6 +6,9 @@ leaves of a mistake is not like the rest.  Of each kind the one that promises mo
 a glance, and of single channels what explains most of what the soft model leaves, are fitted with every
 spring; what is best becomes the base of another round.  Each must be worth its price beside the others, as in
 `decide`.
+
+How channels are read leaves the model as it is, so that one step from its fit tells what a hypothesis
+promises; of another arm a few steps do, at fewer lines.
 """
 
 from __future__ import annotations
@@ -20,13 +23,14 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.thresholds import CONVINCING
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.constants import Factor, near
-from identify.setup.decide import left_of, log_odds
+from identify.setup.decide import LEFT, left_of, log_odds
 from identify.setup.edits import Change
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.kinds.angles import STEP_DEG
 from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, Score, scored
-from identify.setup.search import HELPS, Candidate, finer, glanced, of_kinds, without
-from identify.setup.soft import LINES, softened, with_springs
+from identify.setup.search import HELPS, Candidate, finer, glances, of_kinds, without
+from identify.setup.soft import LINES, read_otherwise, softened, with_springs
 from identify.setup.stated import Stated
 from identify.setup.within import times, within
 
@@ -34,23 +38,34 @@ _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 """Kinds about how single channels are read, which the soft model itself proposes."""
 _PHYSICAL = ("payload",)
 """Kinds that stand for what an arm may have: hoses are bodies, too, and effects that `discover` names."""
-_PROMISING, _SETTLED = 10, 3
-"""Hypotheses about channels that are fitted for a few steps in a round, and of all, that are for more."""
+_CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 30, 12, 3
+"""Hypotheses about channels that are fitted for a step in a round, about the rest that are for a few, of both
+those that are for more, and of these those that are to all lines.
+"""
+_GLANCED, _GLANCED_SETS = 6, 2
+"""Lines and measurements at a first look."""
 _LEFT = 0.5
 """Share of the squares that may be left: hoses and stated errors leave theirs, which no spring explains.  Of
 24 right arms with two dozen effects nothing left less than 0.8, mistakes left 0.01 to 0.28.
 """
+_TOLD_APART = 1.02
+"""Times the least cost up to which another mistake in place of the last one explains as much."""
+_LEVEL = (0.0,)
+"""Scales of drives are the same for all: what is known of them says how they go along the arm."""
+_STEP = GaussNewton(evaluations=2)
 _FEW = GaussNewton(evaluations=6, tolerance=1e-2)
 _MORE = GaussNewton(evaluations=20, tolerance=5e-3)
 
 
 @dataclass(frozen=True)
 class Found:
-    """Mistakes; common factors that the FRFs may have, the nearest first; the least of their log odds; what
-    puts all right, and the gaps that every spring leaves before and after.
+    """Mistakes; what else explains as much in place of the last one; common factors that the FRFs may have,
+    the likeliest first; the least of their log odds; what puts all right, and the gaps that every spring
+    leaves before and after.
     """
 
     hypotheses: tuple[Hypothesis, ...]
+    instead: tuple[Hypothesis, ...]
     factors: tuple[Factor, ...]
     log_odds: float
     edits: tuple[Change, ...]
@@ -61,32 +76,36 @@ class Found:
 def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
-    best, asked = first, 1
+    best, asked, rivals = first, 1, list[Candidate]()
     while True:
         hypotheses, every = _promising(best, own)
         asked = max(asked, every)
-        found = _next(best, hypotheses, asked)
-        if found is None:
+        alike = _next(best, hypotheses, asked)
+        if not alike:
             break
+        found, *rivals = alike
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
+    last = best.hypotheses[-1:]
     best, odds = _needed(first, best, asked)
+    instead = tuple(one.hypotheses[-1] for one in rivals if best.hypotheses[-1:] == last)
     edits = tuple(edit for one in best.hypotheses for edit in one.settled(best.score))
     factors, odds_of_factor = _factors(best, asked)
     if factors:
+        factors, best = _of_factors(best, factors)
         edits += times(best.stated, 1 / factors[0].value)
-        stated = first.stated.changed(edits)
-        best = replace(best, stated=stated, score=_fitted(stated, best.score))
     if not edits:
         return None
     gaps = [within(one.score, None).gap for one in (first, best)]
     if gaps[1] >= gaps[0]:
         return None
-    return Found(best.hypotheses, factors, min(odds, odds_of_factor), edits, *gaps)
+    return Found(best.hypotheses, instead, factors, min(odds, odds_of_factor), edits, *gaps)
 
 
 def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
-    """Known factors near the common factor of the measured FRFs, where that explains most, and its odds."""
+    """Known factors near the common factor of the measured FRFs, where that explains most, and its odds.  One
+    that no mistake has only stands for what else is wrong.
+    """
     if abs(best.score.level) < SLIGHT:
         return (), np.inf
     squares = [best.score.squares(levelled=it) for it in (False, True)]
@@ -96,7 +115,20 @@ def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
     if odds < CONVINCING:
         return (), np.inf
     value = float(np.exp(best.score.level))
-    return tuple(sorted(near(value), key=lambda one: abs(np.log(abs(one.value / value))))), odds
+    known = [one for one in near(value) if one.known]
+    nearest = sorted(known, key=lambda one: abs(np.log(abs(one.value / value))))
+    return tuple(nearest), odds if known else np.inf
+
+
+def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Factor, ...], Candidate]:
+    """Factors, that which leaves the least gap first, and the candidate with it."""
+    tried = []
+    for one in factors:
+        stated = best.stated.changed(times(best.stated, 1 / one.value))
+        score = _fitted(stated, best.score)
+        tried.append((within(score, None).gap, one, score))
+    tried.sort(key=lambda one: one[0])
+    return tuple(one for _, one, _ in tried), replace(best, score=tried[0][2])
 
 
 def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
@@ -106,31 +138,86 @@ def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
     channels = list(of_kinds(best, _CHANNELS))
     rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
     others = list(of_kinds(replace(best, score=own), rest))
-    by_squares = sorted(channels, key=lambda one: -one.promise)[:_PROMISING]
-    tried = sorted(glanced(replace(best, score=own), others), key=_cost)
-    last = [one.hypotheses[-1] for one in tried]
+    by_squares = sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
+    last = [one for _, one in glances(replace(best, score=own), others)]
     best_of_kind = {one.code: one for one in reversed(last)}
-    some = {id(one): one for one in (*best_of_kind.values(), *last[:_PROMISING])}
+    powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
+    some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
     return [*by_squares, *some.values()], len(channels) + len(others)
 
 
-def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> Candidate | None:
+def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> list[Candidate]:
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
-    may be worth it beside those that are still there.
+    may be worth it beside those that are still there; then what is as good.
     """
-    best: list[Candidate] = []
-    for hypothesis in hypotheses:  # a model with every spring is large: no more of them are kept
-        one = _tried(base, hypothesis)
-        best = sorted([*best, *([] if one is None else [one])], key=_cost)[:_SETTLED]
-    settled = sorted((_settled(base, one) for one in best), key=_cost)
+    settled = sorted((_settled(base, one) for one in _tried(base, hypotheses)), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
-    return next(iter(worth or [one for one in settled if _helps(base, one)]), None)
+    found = worth or [one for one in settled if _may_hide(base, one)]
+    alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
+    alike.sort(key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
+    return list({one.hypotheses[-1].sentence: one for one in reversed(alike)}.values())[::-1]
 
 
-def _settled(base: Candidate, one: Candidate) -> Candidate:
-    """A candidate fitted for more steps, with better numbers in its last mistake, if that helps."""
-    one = replace(one, score=scored(one.score.problem, one.score.values, _MORE))
-    last = one.hypotheses[-1]
+def _may_hide(base: Candidate, one: Candidate) -> bool:
+    """Whether a mistake that is not worth its price yet may be so beside another, which it hides.  How single
+    channels are read hides little, and is judged by what is left of them alone.
+    """
+    return _levels(base, one) or (_helps(base, one) and not one.hypotheses[-1].promise)
+
+
+def _levels(base: Candidate, one: Candidate) -> bool:
+    """Whether a mistake takes most of a common factor away at no cost: it may stand in the place of one."""
+    most = base.score.level**2
+    return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most and _cost(one) <= _cost(base)
+
+
+def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+    """Candidates with one more mistake, the most promising of a first look at few lines, and what leaves
+    least of a common factor, if there is one.
+    """
+    sets = dict(list(base.stated.sets.items())[:_GLANCED_SETS])
+    small = replace(base, stated=replace(base.stated, sets=sets))
+    small = replace(small, score=_fitted(small.stated, base.score, _STEP, _GLANCED))
+    seen = list[Candidate]()
+    for hypothesis in hypotheses:
+        one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
+        if one is not None:  # a model with every spring is large: all but a few are let go at once
+            seen = _kept([*seen, one], base, _FURTHER)
+    return _kept([replace(one, score=_refitted(one.score)) for one in seen], base, _SETTLED)
+
+
+def _refitted(score: Score) -> Score:
+    return scored(score.problem, score.values, _MORE, slopes=())
+
+
+def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
+    """The best, and where there is a common factor what leaves least of it."""
+    best = sorted(seen, key=_cost)
+    level = best[count:] if abs(base.score.level) >= SLIGHT else []
+    return best[:count] + sorted(level, key=lambda one: abs(one.score.level))[:1]
+
+
+def _with(base: Candidate, hypothesis: Hypothesis, steps: GaussNewton) -> Candidate | None:
+    """A candidate with one more mistake put right, fitted for a few steps from its values on; None where that
+    makes no study, or a model that has no solution.
+    """
+    try:
+        stated = base.stated.changed(hypothesis.edits)
+        score = _fitted(stated, base.score, steps, _GLANCED)
+        return Candidate(stated, score, (*base.hypotheses, hypothesis))
+    except (InputError, InputErrors, np.linalg.LinAlgError):
+        return None
+
+
+def _settled(base: Candidate, seen: Candidate) -> Candidate:
+    """A candidate of a first look, fitted for more steps to all lines, with better numbers in its last
+    mistake, if that helps.
+    """
+    stated = base.stated.changed(seen.hypotheses[-1].edits)
+    one = replace(seen, stated=stated, score=_fitted(stated, seen.score))
+    last, turned = one.hypotheses[-1], _turned(base, one)
+    if 0 < turned < STEP_DEG:
+        return base  # an error of the posture as it is stated, whatever it is called
     if last.moved is None or not _helps(base, one):
         return one
     best = finer(one, partial(_fitted, steps=_FEW))
@@ -139,25 +226,27 @@ def _settled(base: Candidate, one: Candidate) -> Candidate:
     return base if numbers is None or np.linalg.norm(numbers) < last.reach else best
 
 
+def _turned(base: Candidate, one: Candidate) -> float:
+    """By how much a candidate turns any joint away from where the base has it, degrees."""
+    pairs = zip(base.score.problem.measurements, one.score.problem.measurements, strict=True)
+    away = [np.exp(1j * (m.given.posture - other.given.posture)) for m, other in pairs]
+    return float(np.degrees(np.max(np.abs(np.angle(away)))))
+
+
 def _helps(base: Candidate, one: Candidate) -> bool:
     return _cost(one) <= HELPS * _cost(base)
 
 
-def _tried(base: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate with one more mistake put right, fitted for a few steps from its values on; None where that
-    makes no study, or a model that has no solution.
+def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int = LINES) -> Score:
+    """Of a variant with every spring, from the values of another: on other scales too, where it is more than
+    how channels are read.
     """
-    try:
-        stated = base.stated.changed(hypothesis.edits)
-        return Candidate(stated, _fitted(stated, base.score, _FEW), (*base.hypotheses, hypothesis))
-    except (InputError, InputErrors, np.linalg.LinAlgError):
-        return None
-
-
-def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE) -> Score:
-    """Of a variant with every spring, from the values of another."""
-    model = with_springs(replace(stated, lines=LINES).problem(), known.by_name)
-    return scored(model, model.initial, steps)
+    problem = replace(stated, lines=lines).problem()
+    reread = read_otherwise(problem, known)
+    if reread is not None:
+        return scored(reread, known.values, steps, slopes=())
+    model = with_springs(problem, known.by_name)
+    return scored(model, model.initial, steps, slopes=_LEVEL)
 
 
 def _cost(one: Candidate) -> float:
@@ -184,13 +273,15 @@ def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, f
 
 
 def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candidate | None:
-    """A candidate without one of its mistakes, fitted again; None where that makes no study, or a later one
-    holds it too.
+    """A candidate without one of its mistakes, fitted again from where it led: a fit as stated may have ended
+    in a valley that a mistake only leads out of.  None where that makes no study, or a later one holds it
+    too.
     """
-    if len(best.hypotheses) == 1:
-        return first
     try:
         rest = without(first, best, hypothesis)
-        return None if rest is None else Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
+        if rest is None:
+            return None
+        again = Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
+    return again if again.hypotheses else min(again, first, key=_cost)

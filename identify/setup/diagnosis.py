@@ -110,12 +110,16 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
 def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
     """The mistakes that explain the data alone, and beside every spring those that explain what is left."""
     found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
-    named, known = found.looked.diagnosis, as_stated
+    named, known, plain = found.looked.diagnosis, as_stated, found.corrected
     if named is not None:
-        known = as_stated.changed(named.edits)
-        if named.gap_after <= QUIET or springs_explain(found.corrected, as_stated.uncertainty):
+        if named.gap_after <= QUIET or springs_explain(plain, as_stated.uncertainty):
             return found
-    more = _beside_springs(known, found.corrected)
+        if named.codes == ("factor",):  # which may stand for what else is wrong, such as a power of j omega
+            plain, named = first, None
+            found = Found(Looked(gap), first)
+        else:
+            known = as_stated.changed(named.edits)
+    more = _beside_springs(known, plain)
     if more is None:
         return found
     told = more if named is None else _joined(named, more)
@@ -185,12 +189,21 @@ def _beside_springs(known: Stated, plain: Score) -> Diagnosis | None:
     if wrong is None:
         return None
     mistakes = [Mistake(one.code, one.sentence) for one in wrong.hypotheses]
+    factors = []
     if wrong.factors:
         factor = _factor_mistake(wrong.factors[0])
         others = tuple(reason for one in wrong.factors[1:] for reason in one.reasons)
-        mistakes.append(replace(factor, otherwise=(*factor.otherwise, *others)))
-    sure = _sure(wrong.log_odds)
-    return Diagnosis(tuple(mistakes), sure, wrong.gap_before, wrong.gap_after, wrong.edits, (), softened=True)
+        factors.append(replace(factor, otherwise=(*factor.otherwise, *others)))
+    instead = [(*mistakes[:-1], Mistake(one.code, one.sentence), *factors) for one in wrong.instead]
+    return Diagnosis(
+        (*mistakes, *factors),
+        _sure(wrong.log_odds),
+        wrong.gap_before,
+        wrong.gap_after,
+        wrong.edits,
+        tuple(instead),
+        softened=True,
+    )
 
 
 def _joined(one: Diagnosis, more: Diagnosis) -> Diagnosis:

@@ -4,7 +4,7 @@ common factor of all FRFs, from the best of several scales of all stiffnesses.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -16,7 +16,7 @@ from identify.fitting.optimizers.base import Search, minimized
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.vibration.log_shape import LogShape
 from identify.vibration.problem import Problem
-from identify.vibration.scales import scaled_drives
+from identify.vibration.scales import SLOPES, scaled_drives
 
 ROUGH = 1.0
 """RMS of logarithms, in tenths, up to which a set-up is right."""
@@ -68,20 +68,24 @@ def scored(
     start: Array | None = None,
     optimizer: GaussNewton = _QUICK,
     shape: LogShape | None = None,
+    slopes: Sequence[float] = SLOPES,
 ) -> Score:
     """A variant, fitted from the best scale of its start values by magnitudes, or from `start` (parameters,)
-    if that is better; shape: of the problem, where it is there already.
+    if that is better; shape: of the problem, where it is there already; slopes: of scales along the arm, none
+    where it begins at `start` in any case.
     """
     scale, shape = Scale(problem.parameters), shape or LogShape(problem)
-    magnitudes = shape.of_magnitudes()
     given = [] if start is None else [scale.to_x(start)]
-    scaled = [scale.to_x(values) for values in scaled_drives(problem)]
-    starts = np.clip([*given, *scaled], *scale.bounds())
-    costs = magnitudes.of_first().costs(scale.to_values(starts))
-    x = starts[int(np.argmin(costs))]
-    if start is None or costs[0] > costs.min():
-        x = _led(magnitudes, scale, x, GaussNewton(evaluations=_TOWARDS, tolerance=2e-3))
-    values = scale.to_values(_led(shape, scale, x, optimizer))
+    scaled = [scale.to_x(values) for values in scaled_drives(problem, slopes)]
+    starts, best = np.clip([*given, *scaled], *scale.bounds()), 0
+    if scaled:
+        magnitudes = shape.of_magnitudes()
+        costs = magnitudes.of_first().costs(scale.to_values(starts))
+        best = int(np.argmin(costs))
+        if start is None or costs[0] > costs[best]:
+            towards = GaussNewton(evaluations=_TOWARDS, tolerance=2e-3)
+            starts[best] = _led(magnitudes, scale, starts[best], towards)
+    values = scale.to_values(_led(shape, scale, starts[best], optimizer))
     return Score(problem, values, float(shape.costs(values[None])[0]), shape.level(values))
 
 

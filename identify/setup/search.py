@@ -214,9 +214,30 @@ def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
 
 def glanced(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Hypotheses on top of a candidate, fitted for a few steps to fewer lines of fewer measurements."""
-    small = base.stated.glanced()
+    small, costs = base.stated.glanced(), _glance_costs(base)
     rough = replace(base, stated=small, score=scored(small.problem(), base.score.values))
-    return [one for h in hypotheses if (one := _with(rough, h, _GLANCE)) is not None]
+    found = []
+    for hypothesis in hypotheses:
+        one = _with(rough, hypothesis, _GLANCE)
+        costs[_key(hypothesis)] = np.inf if one is None else _cost(one)
+        found += [] if one is None else [one]
+    return found
+
+
+def glances(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, Hypothesis]]:
+    """The same with the costs alone, best first: each is looked at once on top of a fit."""
+    costs = _glance_costs(base)
+    glanced(base, [one for one in hypotheses if _key(one) not in costs])
+    seen = [(costs[_key(one)], one) for one in hypotheses if np.isfinite(costs[_key(one)])]
+    return sorted(seen, key=lambda one: one[0])
+
+
+def _glance_costs(base: Candidate) -> dict[str, float]:
+    return base.score.once("glances", dict[str, float])
+
+
+def _key(hypothesis: Hypothesis) -> str:
+    return f"{hypothesis.sentence} {hypothesis.edits!r}"
 
 
 def _promising(tried: Sequence[Candidate]) -> list[Candidate]:

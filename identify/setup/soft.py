@@ -44,6 +44,22 @@ def with_springs(problem: Problem, values: Mapping[str, float]) -> Problem:
     return with_effects(problem, effects, values)
 
 
+def read_otherwise(problem: Problem, known: Score) -> Problem | None:
+    """A problem with every spring free as in a known one, of which it only reads the channels otherwise; None
+    where it is of another robot, other points or postures.
+    """
+    pairs = list(zip(problem.measurements, known.problem.measurements, strict=False))
+    own, effects = problem.file.study.effects, known.problem.file.study.effects
+    same = (
+        problem.robot is known.problem.robot
+        and all(point is known.problem.points.get(node) for node, point in problem.points.items())
+        and len(effects) > len(own)
+        and effects[: len(own)] == own
+        and all(one.given.posture.tobytes() == other.given.posture.tobytes() for one, other in pairs)
+    )
+    return with_given(known.problem, [m.given for m in problem.measurements]) if same else None
+
+
 def _softened(score: Score) -> Score:
     small = _smaller(score.problem)
     rigid = scored(small, score.values)

@@ -22,7 +22,7 @@ from identify.vibration.nuisances.settings import UncertaintySettings
 from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem, with_uncertainty
 
-_LIKELY = GaussNewton(evaluations=40, tolerance=1e-2)
+_LIKELY = GaussNewton(evaluations=20, tolerance=1e-2)
 """What stated uncertainty explains is found in five to twenty steps; what it does not creeps, and is left."""
 _LARGER = 1.5
 """How many times as large as stated all errors together may be."""

@@ -20,15 +20,20 @@ from identify.robot.points import Point
 
 Stand = tuple[bytes, str | None]
 """A posture, and the first link that was taken off."""
+Standing = tuple[Stand, frozenset[int]]
+"""That, and the joints whose motors are driven."""
 
 
 @dataclass(frozen=True)
 class Built:
-    """What is there already: engines, and where the effects change no site, sites and the first of them."""
+    """What is there already: engines; where the effects change no site, sites and the first of them; where
+    they are the same, systems of a robot that stands still.
+    """
 
     engines: Mapping[Stand, Engine] = field(default_factory=dict)
     sites: Mapping[Stand, Site] = field(default_factory=dict)
     first: Site | None = None
+    systems: Mapping[Standing, System] = field(default_factory=dict)
 
 
 class Postures:
@@ -49,7 +54,7 @@ class Postures:
         self.angles, self._since = angles, since
         self._robot, self._points, self._effects = robot, points, effects
         self._engines, self._sites = dict(built.engines), dict(built.sites)
-        self._systems: dict[tuple[Stand, bytes, frozenset[int]], System] = {}
+        self._systems = {(*key, b""): system for key, system in built.systems.items()}
         self.first = built.first or self._site(first, None, None)
 
     def system(
@@ -58,7 +63,7 @@ class Postures:
         """At a posture (joints,), rad, with links from `detached` on taken off, moving at rates (joints,),
         rad/s, with the torques of the motors of some joints, from 1, as inputs.
         """
-        key = stand(posture, detached), b"" if rates is None else rates.tobytes(), driven
+        key = stand(posture, detached), driven, b"" if rates is None else rates.tobytes()
         if key not in self._systems:
             site = self._site(posture, detached, self.first)
             self._systems[key] = assemble(self._robot, site, self._effects, rates, driven, self._since)

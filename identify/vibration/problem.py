@@ -287,7 +287,7 @@ def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem
     given = [m.given for m in problem.measurements]
     nuisances, given = _uncertain(settings, problem.robot, problem.points, given)
     robot, points, reference = problem.robot, problem.points, problem.reference
-    built = already_built(problem, with_sites=True)
+    built = _all_built(problem)
     return assembled(file, robot, points, given, values, reference, built, nuisances)
 
 
@@ -302,8 +302,15 @@ def uncertain_as(problem: Problem, other: Problem) -> Problem:
 def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
     """The same robot, effects and start values with other data of the same measurements."""
     values = {p.name: p.initial for p in problem.parameters}
-    built, rest = already_built(problem, with_sites=True), (problem.reference, problem.nuisances)
+    built, rest = _all_built(problem), (problem.reference, problem.nuisances)
     return assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
+
+
+def _all_built(problem: Problem) -> Built:
+    """What a problem with the same effects on the same robot and points needs not build again."""
+    still = [m for m in problem.measurements if m.settings.speed_deg_per_s is None]
+    systems = {(stand(m.given.posture, m.settings.detached), m.given.driven): m.system for m in still}
+    return replace(already_built(problem, with_sites=True), systems=systems)
 
 
 def already_built(problem: Problem, *, with_sites: bool) -> Built:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy
 
+from identify.core import bounded
 from identify.core.bounded import bounded_step
 
 
@@ -27,9 +28,15 @@ def test_the_step_is_that_of_another_solver(seed: int) -> None:
     assert np.abs(found - free).max() > 1e-3, "bounds that hold nothing test nothing"
 
 
+@pytest.mark.parametrize("patience", [bounded._PATIENCE, 1, 0])
 @pytest.mark.parametrize("seed", range(4))
-def test_unknowns_of_many_sizes_that_hide_each_other(seed: int) -> None:
-    """By the conditions of an optimum: slopes of nothing where free, outwards where held."""
+def test_unknowns_of_many_sizes_that_hide_each_other(
+    seed: int, patience: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By the conditions of an optimum: slopes of nothing where free, outwards where held; whether all are
+    exchanged at once, or one at a time from somewhere or from the start.
+    """
+    monkeypatch.setattr(bounded, "_PATIENCE", patience)
     rng, count = np.random.default_rng(seed), 60
     common = rng.normal(size=(2 * count, 8)) @ rng.normal(size=(8, count))
     root = (common + 0.01 * rng.normal(size=(2 * count, count))) * np.exp(4 * rng.normal(size=count))

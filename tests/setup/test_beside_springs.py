@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identify.core.yaml_input import yaml_text
+from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
-from identify.setup.beside_springs import beside_springs
+from identify.setup.beside_springs import _factors, _levels, _needed, _settled, beside_springs
 from identify.setup.diagnosis import Diagnosis, _joined
-from identify.setup.edits import Edit, Entries, edited, in_words
+from identify.setup.edits import Edit, Entries, OnLink, edited, in_words
 from identify.setup.hypothesis import Hypothesis
-from identify.setup.score import scored
-from identify.setup.search import Candidate, without
+from identify.setup.score import SLIGHT, scored
+from identify.setup.search import Candidate, glanced, glances, of_kinds, without
+from identify.setup.soft import LINES, read_otherwise, softened, with_springs
 from identify.setup.stated import stated
 from identify.setup.within import within
+from identify.vibration.log_shape import LogShape
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.hidden import config_of
@@ -67,6 +71,93 @@ def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: P
     kept = [first, {**second, "use": "validate"}]
     told = studies.of(tmp_path, studies.config(measurements=kept, uncertainty="careful")).without(0)
     assert np.isfinite(within(scored(told.problem()), told.uncertainty).gap)
+
+
+def test_a_power_of_j_omega_is_asked_for_before_a_common_factor(tmp_path: Path) -> None:
+    """Beside another mistake it explains next to nothing but the factor, which no mistake has."""
+    wrong = {
+        "measurements": studies.each(correct={"quantity": "mobility"}),
+        "joint_angles": {"sign": [-1] * 6},
+    }
+    told = studies.of(tmp_path, studies.config(**wrong))
+    found = beside_springs(told, scored(told.problem()))
+    assert found is not None
+    assert {one.code for one in found.hypotheses} == {"quantity", "joint-sign"}
+    assert not found.factors
+
+
+def test_what_takes_a_common_factor_away_at_no_cost_may_stand_in_its_place(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    score = replace(scored(told.problem()), cost=8.0, level=-4.0)
+    base = Candidate(told, score)
+    for cost, level, wanted in ((7.9, -0.1, True), (8.1, -0.1, False), (7.9, -3.9, False), (7.9, 4.0, False)):
+        assert _levels(base, replace(base, score=replace(score, cost=cost, level=level))) == wanted
+    slight = replace(base, score=replace(score, level=0.1))
+    assert not _levels(slight, replace(base, score=replace(score, cost=7.0, level=0.0)))
+
+
+@pytest.mark.parametrize(("factor", "known"), [(9.80665, True), (0.0067, False)])
+def test_of_common_factors_those_that_a_mistake_has(tmp_path: Path, factor: float, known: bool) -> None:
+    told = studies.of(tmp_path, studies.config(measurements=studies.each(correct={"factor": factor})))
+    found, _ = _factors(Candidate(told, scored(told.problem())), 1)
+    assert bool(found) == known
+
+
+def test_a_posture_that_is_off_by_little_is_no_mistake(tmp_path: Path) -> None:
+    """Whatever explains it, such as two joints exchanged that are at about the same angle."""
+    told = studies.of(tmp_path, studies.config())
+    base = Candidate(told, softened(scored(told.problem())))
+    for turn, slight in ((3.0, True), (20.0, False)):
+        edit = Edit(("joint_angles", "offset_deg"), [0.0, turn, 0, 0, 0, 0])
+        seen = Candidate(told.changed([edit]), base.score, (Hypothesis("", "", (edit,), "zero"),))
+        assert (_settled(base, seen) is base) == slight
+
+
+def test_a_fit_that_ended_in_a_valley_makes_no_mistake_of_what_leads_out_of_it(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    good = softened(scored(told.problem()))
+    lost = replace(good, values=good.values * 1.5, cost=9.0)
+    edit = Entries(KEY, {"5:+X": 1.0})
+    best = Candidate(told.changed([edit]), good, (Hypothesis("", "", (edit,), "nothing"),))
+    kept, _ = _needed(Candidate(told, lost), best, 1)
+    assert not kept.hypotheses
+    assert kept.score.cost <= 1.01 * good.cost
+
+
+def test_how_channels_are_read_leaves_the_model_as_it_is(tmp_path: Path) -> None:
+    """The same predictions as of all built anew; a point on another link is another model."""
+    told = studies.of(tmp_path, studies.config())
+    plain = scored(told.problem())
+    soft = with_springs(replace(told, lines=LINES).problem(), plain.by_name)
+    known = scored(soft, soft.initial, GaussNewton(evaluations=3), slopes=())
+    swapped = told.changed([Edit(("measurements", 0, "correct", "nodes"), {5: 9, 9: 5})])
+    reread = read_otherwise(replace(swapped, lines=LINES).problem(), known)
+    anew = with_springs(replace(swapped, lines=LINES).problem(), known.by_name)
+    assert reread is not None
+    assert reread.measurements[0].system is known.problem.measurements[0].system
+    for one, other in zip(
+        LogShape(reread).left(known.values), LogShape(anew).left(known.values), strict=True
+    ):
+        assert one == pytest.approx(other, rel=1e-6, abs=1e-6)
+    moved = told.changed([OnLink(5, told.points[9].link)])
+    assert told.points[5].link != told.points[9].link
+    assert read_otherwise(moved.problem(), known) is None
+    turned = told.changed([Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1])])
+    assert read_otherwise(turned.problem(), known) is None
+    assert read_otherwise(swapped.problem(), plain) is None
+
+
+def test_a_hypothesis_is_looked_at_once_on_top_of_a_fit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told = studies.of(tmp_path, studies.config())
+    base = Candidate(told, scored(told.problem()))
+    some = list(of_kinds(base, ["quantity", "axes"]))
+    first = glanced(base, some)
+    costs = [cost for cost, _ in glances(base, some)]
+    assert costs == sorted(one.score.cost * (1.03 if abs(one.score.level) > SLIGHT else 1) for one in first)
+    monkeypatch.setattr("identify.setup.search._with", lambda *_: pytest.fail("looked at again"))
+    assert [cost for cost, _ in glances(base, some)] == costs
 
 
 def test_what_a_later_mistake_holds_too_is_not_left_out(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from identify.setup.stated import Stated
 _TURNS = (90, -90, 180)
 _PARTS = (15, -15, 30, -30, 45, -45, 60, -60)
 """Offsets in degrees that are tried: by which controllers and robot files differ, and those between."""
-_STEP_DEG = 8.0
+STEP_DEG = 8.0
 """From offsets between to the next that is tried."""
 
 
@@ -78,7 +78,7 @@ def _offset(now: Array, number: int, turn: float) -> Hypothesis:
 
     sentence = f"the zero of joint {number + 1} is off by about {turn:.3g} degrees"
     about = _zero(now, {number: turn}, sentence, "joint-offset")
-    return replace(about, numbers=np.array([turn]), reach=_STEP_DEG, moved=moved)
+    return replace(about, numbers=np.array([turn]), reach=STEP_DEG, moved=moved)
 
 
 def _zero(now: Array, turns: Mapping[int, float], sentence: str, code: str = "joint-zero") -> Hypothesis:
