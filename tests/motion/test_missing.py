@@ -128,6 +128,31 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("no_springs")
+def test_the_controller_computes_with_the_rotor_that_it_was_told(tmp_path: Path) -> None:
+    """A rotor that is heavier than stated moves the arm, not the feed-forward; the better study says so."""
+    stated = np.array([1.2e-4])
+    case = one_joint(rotor=2.2 * stated, feedforward=1.0, told={"rotor": stated})
+    hidden_motion.write(case, tmp_path, np.random.default_rng(3))
+    result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+    assert result.trials is not None and result.gap < 1.1 and result.gap_validation < 1.1
+    kept = [name for name, kept in zip(result.trials.name, result.trials.kept, strict=True) if kept]
+    assert kept[1:] == ["motor rotor inertia of joint 1 not as stated"]
+    better = load_motion(read_motion_study(written[1]))
+    assert better.told["motor.rotor_inertia"] == pytest.approx(stated)
+    assert fitted_objective(better).costs(better.initial[None])[0] < 1.1
+
+
+def test_what_the_controller_was_told_is_a_number_of_its_motors(tmp_path: Path) -> None:
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
+    for told, found in (({"inertia": [1.0]}, "unknown number 'inertia'"), ({"rotor_inertia": [1, 2]}, "2 values")):
+        study = json.loads((tmp_path / "motion.yaml").read_text())
+        study["servo"]["told"] = told
+        (tmp_path / "told.yaml").write_text(json.dumps(study))
+        with pytest.raises(InputError, match=found):
+            load_motion(read_motion_study(tmp_path / "told.yaml"))
+
+
+@pytest.mark.usefixtures("no_springs")
 def test_a_balancer_is_found_and_the_better_study_fits(tmp_path: Path) -> None:
     hidden_motion.write(one_joint(balancer=np.array([[12.0], [-9.0]])), tmp_path, np.random.default_rng(3))
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())

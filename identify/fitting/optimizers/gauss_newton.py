@@ -41,7 +41,7 @@ class GaussNewton(Optimizer):
         400, ge=1, description="budget of evaluations, per start; a step takes two or three"
     )
     tolerance: float = Field(
-        1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done"
+        1e-10, gt=0, description="relative change of the sum of squares below which it is done"
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
@@ -67,7 +67,7 @@ class GaussNewton(Optimizer):
             lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
             step = bounded_step(damped, -slope, lower, upper)
             foreseen = -float(step @ (2 * slope + curvature @ step)) / product[-1, -1]
-            if np.linalg.norm(step) <= tolerance * np.linalg.norm(x):
+            if foreseen < tolerance and np.linalg.norm(step) <= tolerance * np.linalg.norm(x):
                 break
             step, costs = _followed(search, x, step, damped, (lower, upper))
             fall = 1 - (costs / cost) ** 2
