@@ -4,6 +4,7 @@ one model over another.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -61,7 +62,24 @@ class FittedMotion:
         """Residuals over noise on the records that judge, (samples, joints) each, NaN where nothing was
         measured.
         """
-        return [signal[0] for record in self._judged for signal in record]
+        return _signals(self._judged)
+
+    @cached_property
+    def fitted_residuals(self) -> list[Array]:
+        """The same on the records that were fitted, where others judge."""
+        if not _judged_by_others(self.problem):
+            return []
+        return _signals(fitted_objective(self.problem).rows(self.fit.values[None]))
+
+    @cached_property
+    def sizes(self) -> tuple[Array, Array]:
+        """Mean squares, and how many samples are independent, of each joint's signal on the records that
+        judge and then on those that were fitted, (signals,) each; NaN where nothing was measured.
+        """
+        columns = [column for one in (*self.residuals, *self.fitted_residuals) for column in one.T]
+        told = [_size(column) for column in columns]
+        squares, counts = np.array(told, dtype=float).reshape(-1, 2).T
+        return squares, counts
 
     @cached_property
     def _judging(self) -> TrajectoryObjective:
@@ -72,28 +90,47 @@ class FittedMotion:
         return self._judging.rows(self.fit.values[None])
 
 
+@dataclass(frozen=True)
 class JudgingRecords:
-    """Gains on the records that judge."""
+    """Gains on all records, confirmed by those that judge.
+
+    models: among which gains are compared, on one scale; least: log odds of the records that judge, where
+    these were not fitted, from which they confirm a gain.
+    """
+
+    models: Sequence[FittedMotion] = ()
+    least: float = 0.0
 
     def gain(self, before: FittedMotion, after: FittedMotion) -> Gain:
         """Log odds from the likelihood of Gaussian residuals; explained: the fraction of the gap that goes.
 
-        Of each joint's signal the variance is that of its noise, or what the better model leaves where that
-        is more, and as many samples count as that residual has independent ones: what both models get wrong
-        is no evidence for either.  Where the records that judge were fitted, parameters have the price of
-        Schwarz 1978.
+        Of each joint's signal the variance is that of its noise, or what the best of all models leaves where
+        that is more, and as many samples count as that residual has independent ones: what all models get
+        wrong is no evidence for any.  Parameters have the price of Schwarz 1978.
         """
         if not np.isfinite(after.gap):
             return Gain(-np.inf, -np.inf, confirmed=False, material=False)
         if not np.isfinite(before.gap):
             return Gain(np.inf, 1.0)
-        log_odds, independent = 0.0, 0.0
-        for old, new in zip(before.residuals, after.residuals, strict=True):
-            for pair in zip(old.T, new.T, strict=True):
-                more, count = _log_odds(*pair)
-                log_odds, independent = log_odds + more, independent + count
-        log_odds -= _price(before, after, independent)
-        return Gain(log_odds, 1 - after.gap / before.gap, after.gap < before.gap)
+        odds, independent = self._log_odds(before, after)
+        judging = sum(signal.shape[1] for signal in after.residuals)
+        judged = np.inf if len(odds) == judging else float(odds[:judging].sum())
+        price = (after.free - before.free) / 2 * np.log(max(independent, 2.0))
+        confirmed = after.gap < before.gap and judged > self.least
+        return Gain(float(odds.sum() - price), 1 - after.gap / before.gap, confirmed)
+
+    def _log_odds(self, before: FittedMotion, after: FittedMotion) -> tuple[Array, float]:
+        """What each joint's signal says for the second model, (signals,), without a price; how many
+        independent samples all have.
+        """
+        among = [one for one in (before, after, *self.models) if np.isfinite(one.gap)]
+        squares, counts = (np.array(part) for part in zip(*(one.sizes for one in among), strict=True))
+        told = np.isfinite(squares[0])
+        best = np.argmin(np.where(told, squares, 0.0), axis=0)
+        least, count = (np.take_along_axis(part, best[None], axis=0)[0] for part in (squares, counts))
+        odds = 0.5 * count * (squares[0] - squares[1]) / np.maximum(1.0, least)
+        touched = told & np.array(_touched(before, after))
+        return np.where(touched, odds, 0.0), float(np.nansum(count))
 
 
 def judging(problem: MotionProblem) -> TrajectoryObjective:
@@ -102,29 +139,33 @@ def judging(problem: MotionProblem) -> TrajectoryObjective:
     return TrajectoryObjective(problem, records, problem.file.study.noise)
 
 
-def _log_odds(before: Array, after: Array) -> tuple[float, float]:
-    """What two residuals (samples,) of a joint's signal say for the second, and how many independent samples
-    they have.
-    """
-    used = np.isfinite(before)
+def _signals(rows: list[list[Array]]) -> list[Array]:
+    return [signal[0] for record in rows for signal in record]
+
+
+def _judged_by_others(problem: MotionProblem) -> bool:
+    """Whether the records that judge were not fitted."""
+    return any(record.settings.use == "validate" for record in problem.records)
+
+
+def _size(residual: Array) -> tuple[float, float]:
+    """Mean square of a joint's signal (samples,), and how many of its samples are independent."""
+    used = np.isfinite(residual)
     if not used.any():
-        return 0.0, 0.0
-    old, new = before[used], after[used]
-    squares = float(np.mean(old**2)), float(np.mean(new**2))
-    better = after if squares[1] < squares[0] else before
-    count = effective_samples(np.where(used, better, 0.0), used, centred=False)
-    if np.abs(old - new).max() <= _TOUCH:
-        return 0.0, count
-    return 0.5 * count * (squares[0] - squares[1]) / max(1.0, min(squares)), count
+        return np.nan, np.nan
+    count = effective_samples(np.where(used, residual, 0.0), used, centred=False)
+    return float(np.mean(residual[used] ** 2)), count
 
 
-def _price(before: FittedMotion, after: FittedMotion, independent: float) -> float:
-    """Of the parameters that `after` has more, where they were fitted to the records that judge, of so many
-    independent samples.
-    """
-    if any(record.settings.use == "validate" for record in after.problem.records):
-        return 0.0
-    return (after.free - before.free) / 2 * float(np.log(max(independent, 2.0)))
+def _touched(before: FittedMotion, after: FittedMotion) -> list[bool]:
+    """Of which joint's signals anything changes that can be seen."""
+    pairs = zip(
+        (*before.residuals, *before.fitted_residuals),
+        (*after.residuals, *after.fitted_residuals),
+        strict=True,
+    )
+    away = [np.abs(old - new) for old, new in pairs]
+    return [bool(np.nanmax(column, initial=0.0) > _TOUCH) for one in away for column in one.T]
 
 
 def free_parameters(problem: MotionProblem) -> int:

@@ -67,6 +67,7 @@ def tabled(monkeypatch: pytest.MonkeyPatch, gaps: dict[str, float], samples: int
     monkeypatch.setattr(workbench, "fit", fake)
     monkeypatch.setattr(FittedMotion, "gap", property(lambda self: self.fit.cost))
     monkeypatch.setattr(FittedMotion, "residuals", property(residuals))
+    monkeypatch.setattr(FittedMotion, "fitted_residuals", property(lambda self: []))
     return fits
 
 
@@ -114,10 +115,12 @@ def test_a_rival_that_does_as_well_is_said(tmp_path: Path, monkeypatch: pytest.M
     assert fit_motion(problem_of(tmp_path / "apart"), Progress()).rivals == ()
 
 
-def motion(problem: MotionProblem, gap: float, residual: Array) -> FittedMotion:
+def motion(
+    problem: MotionProblem, gap: float, residual: Array, fitted: list[Array] | None = None
+) -> FittedMotion:
     """A fitted motion whose simulation is known."""
     found: Any = FittedMotion(problem, Fit(problem.initial, gap, (), np.zeros((0, 5)), 0.0))
-    found.__dict__.update(gap=gap, residuals=[residual])
+    found.__dict__.update(gap=gap, residuals=[residual], fitted_residuals=fitted or [])
     return found  # type: ignore[no-any-return]
 
 
@@ -145,6 +148,26 @@ def test_evidence_is_of_correlated_residuals_and_fitted_parameters_cost(
     freed = with_numbers(everything, everything.file.study.candidates[0].numbers, {})
     priced = JudgingRecords().gain(motion(everything, 1.2, slow), motion(freed, 1.0, noise))
     assert gain.log_odds - priced.log_odds == pytest.approx(np.log(1200) / 2, rel=0.05)
+
+
+def test_models_are_compared_on_one_scale_and_by_all_records(tmp_path: Path) -> None:
+    """Two that leave as much on the record that judges, one of them a residual that is slower, are as likely;
+    what they leave of the fitted record tells them apart, and no gain is confirmed by that record alone.
+    """
+    problem, rng = problem_of(tmp_path), np.random.default_rng(0)
+    noise = rng.normal(size=(4000, 1))
+    slow = noise + 0.3 * np.sin(np.arange(4000) / 300)[:, None]
+    slow *= np.sqrt(np.mean(noise**2) / np.mean(slow**2))
+    first, white, slower = (
+        motion(problem, gap, residual) for gap, residual in ((1.2, 1.2 * noise), (1.0, noise), (1.0, slow))
+    )
+    alone = [JudgingRecords().gain(first, one).log_odds for one in (white, slower)]
+    together = [JudgingRecords((white, slower)).gain(first, one).log_odds for one in (white, slower)]
+    assert alone[1] < 0.9 * alone[0]
+    assert together[0] == pytest.approx(together[1])
+    better, worse = (motion(problem, 1.0, noise, [part * noise]) for part in (1.0, 1.1))
+    assert JudgingRecords().gain(worse, better).log_odds == pytest.approx(0.21 * 2000, rel=0.1)
+    assert not JudgingRecords(least=5.0).gain(worse, better).confirmed
 
 
 def test_a_motion_that_runs_away_gains_nothing(tmp_path: Path) -> None:
