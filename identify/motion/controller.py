@@ -106,8 +106,8 @@ class Controller(BaseModel, ABC):
     latency: Number = quantity("s", "further time from measuring to the motor, of any length", 0.0)
     told: dict[str, list[float]] = Field(
         {},
-        description="numbers of `motor`, one per joint, that the controller computes with where it was told others:"
-        " `{rotor_inertia: [0.012, 0.008]}`",
+        description="numbers of `motor`, one per joint, that the controller computes with where they are not"
+        " those of the study: `{rotor_inertia: [0.012, 0.008]}`",
     )
 
     @property

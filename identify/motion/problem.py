@@ -363,7 +363,7 @@ def _check_fed(file: MotionFile, arm: MovingArm) -> None:
 
 
 def _check_told(file: MotionFile, joints: int) -> None:
-    """Raise an InputError where the controller was told what is no number of the motor, or of other joints."""
+    """Raise an InputError where the controller was told what is no number of the motor's joints."""
     known = [key for key, number in file.study.motor if isinstance(number, JointNumber)]
     for key, row in file.study.servo.told.items():
         if key not in known:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import StageSettings
@@ -131,14 +132,17 @@ class MissingBench(MotionWorkbench):
         return [Attempt(effect, model, 0) for effect in effects]
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
-        """The first few that are different, and what is the same as one of them."""
+        """The first few that are different, and what is the same as one of them, of those that promise what
+        is asked although all were looked at.
+        """
         known = {id(p.effect): p for p in self._promised[id(model)][1]}
         most = max((known[id(trial.effect)].log_odds for trial in screened), default=0.0)
         different, found = list[Promise](), list[Trial]()
         for trial in screened:
             promise = known[id(trial.effect)]
             new = not any(promise.same(one) for one in different)
-            if promise.log_odds < _CLOSE * most or (new and len(different) == _TRIED):
+            enough = promise.log_odds > max(_CLOSE * most, self.policy.admit.log_odds)
+            if not enough or (new and len(different) == _TRIED):
                 break
             different += [promise] if new else []
             found.append(trial)
@@ -247,10 +251,16 @@ class MissingBench(MotionWorkbench):
         if free_parameters(fine):
             if fine.step_s == problem.step_s:
                 return replace(found, problem=fine)
-            names = [parameter.name for parameter in problem.parameters]
-            fine = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
+            near = with_numbers(found.problem, {}, _told(problem, found.fit.values))
+            fine = with_numbers(fine, {}, _told(problem, self._fit(near, (), [_LAST]).fit.values))
         last = self._fit(fine, (), [_LAST])
         return replace(found, problem=fine, fit=last.fit, objective=last.fitted)
+
+
+def _told(problem: MotionProblem, values: Array) -> dict[str, float]:
+    """Parameter values (parameters,) by name."""
+    names = [parameter.name for parameter in problem.parameters]
+    return dict(zip(names, map(float, values), strict=True))
 
 
 def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
