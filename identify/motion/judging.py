@@ -11,7 +11,6 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import effective_samples
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
@@ -72,14 +71,9 @@ class FittedMotion:
         return _signals(fitted_objective(self.problem).rows(self.fit.values[None]))
 
     @cached_property
-    def sizes(self) -> tuple[Array, Array]:
-        """Mean squares, and how many samples are independent, of each joint's signal on the records that
-        judge and then on those that were fitted, (signals,) each; NaN where nothing was measured.
-        """
-        columns = [column for one in (*self.residuals, *self.fitted_residuals) for column in one.T]
-        told = [_size(column) for column in columns]
-        squares, counts = np.array(told, dtype=float).reshape(-1, 2).T
-        return squares, counts
+    def powers(self) -> list[Power]:
+        """Of each joint's signal on the records that judge and then on those that were fitted."""
+        return [power(column) for one in (*self.residuals, *self.fitted_residuals) for column in one.T]
 
     @cached_property
     def _judging(self) -> TrajectoryObjective:
@@ -104,9 +98,9 @@ class JudgingRecords:
     def gain(self, before: FittedMotion, after: FittedMotion) -> Gain:
         """Log odds from the likelihood of Gaussian residuals; explained: the fraction of the gap that goes.
 
-        Of each joint's signal the variance is that of its noise, or what the best of all models leaves where
-        that is more, and as many samples count as that residual has independent ones: what all models get
-        wrong is no evidence for any.  Parameters have the price of Schwarz 1978.
+        At each frequency of each joint's signal the variance is that of its noise, or what the best of all
+        models leaves there where that is more: what all models get wrong is no evidence for any.  Parameters
+        have the price of Schwarz 1978.
         """
         if not np.isfinite(after.gap):
             return Gain(-np.inf, -np.inf, confirmed=False, material=False)
@@ -124,13 +118,50 @@ class JudgingRecords:
         independent samples all have.
         """
         among = [one for one in (before, after, *self.models) if np.isfinite(one.gap)]
-        squares, counts = (np.array(part) for part in zip(*(one.sizes for one in among), strict=True))
-        told = np.isfinite(squares[0])
-        best = np.argmin(np.where(told, squares, 0.0), axis=0)
-        least, count = (np.take_along_axis(part, best[None], axis=0)[0] for part in (squares, counts))
-        odds = 0.5 * count * (squares[0] - squares[1]) / np.maximum(1.0, least)
-        touched = told & np.array(_touched(before, after))
-        return np.where(touched, odds, 0.0), float(np.nansum(count))
+        odds, independent = list[float](), 0.0
+        for touched, old, new, *others in zip(
+            _touched(before, after), *(one.powers for one in among), strict=True
+        ):
+            scale = min((old, new, *others), key=lambda one: one.total).scale
+            odds.append(0.5 * float(np.sum((old.values - new.values) / scale)) if touched else 0.0)
+            independent += old.used * float(np.mean(1 / scale)) if old.used else 0.0
+        return np.array(odds), independent
+
+
+@dataclass(frozen=True)
+class Power:
+    """Squares of a joint's signal over noise by frequency (n,), whose sum is that over its samples, and how
+    many of these there are (Whittle 1953).
+    """
+
+    values: Array
+    used: int
+
+    @property
+    def total(self) -> float:
+        """Sum of squares."""
+        return float(self.values.sum())
+
+    @cached_property
+    def scale(self) -> Array:
+        """Variance over that of the noise at each frequency (n,): one, or what there is of an octave, or at a
+        higher one where that is more; the mean less its standard error, as a mean of few lines is above one
+        by chance.  What is wrong slowly is hardly smaller than what is wrong faster, and a single number can
+        take away what is slowest.
+        """
+        size, lines = len(self.values), np.arange(len(self.values))
+        octave = np.floor(np.log2(np.maximum(np.minimum(lines, size - lines), 1))).astype(int)
+        count = np.bincount(octave)
+        mean = np.bincount(octave, self.values) / count * size / max(self.used, 1)
+        sure = np.maximum(mean / (1 + np.sqrt(2 / count)), 1.0)
+        return np.asarray(np.maximum.accumulate(sure[::-1])[::-1][octave])
+
+
+def power(residual: Array) -> Power:
+    """Of a joint's signal (samples,), NaN where nothing was measured."""
+    used = np.isfinite(residual)
+    spectrum = np.fft.fft(np.where(used, residual, 0.0))
+    return Power(np.abs(spectrum) ** 2 / len(residual), int(used.sum()))
 
 
 def judging(problem: MotionProblem) -> TrajectoryObjective:
@@ -146,15 +177,6 @@ def _signals(rows: list[list[Array]]) -> list[Array]:
 def _judged_by_others(problem: MotionProblem) -> bool:
     """Whether the records that judge were not fitted."""
     return any(record.settings.use == "validate" for record in problem.records)
-
-
-def _size(residual: Array) -> tuple[float, float]:
-    """Mean square of a joint's signal (samples,), and how many of its samples are independent."""
-    used = np.isfinite(residual)
-    if not used.any():
-        return np.nan, np.nan
-    count = effective_samples(np.where(used, residual, 0.0), used, centred=False)
-    return float(np.mean(residual[used] ** 2)), count
 
 
 def _touched(before: FittedMotion, after: FittedMotion) -> list[bool]:

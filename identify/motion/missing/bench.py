@@ -37,6 +37,10 @@ _ENDED, _CLOSE = 2, 0.5
 """How many of them are fitted to their end; what part of the best one's odds, and then of its fall of ln gap,
 is close.
 """
+_ALIKE = 0.9
+"""What part of an effect's odds, to first order at the last model, something else has that may stand in its
+place: what explains less then is another pattern.
+"""
 _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
 cannot take a hundredth off the gap; into how many parts a step is divided to know it.
@@ -114,14 +118,14 @@ class MissingBench(MotionWorkbench):
         return self._looks[id(model)][1]
 
     def replaceable(self, model: FittedMotion, effect: MotionCandidate) -> bool:
-        """One of which something else would explain half as much, to first order; it is tried."""
+        """One of which something else would explain nine tenths, to first order; it is tried."""
         kind, at = self._known[effect.name]
         if kind is None:
             return False
         left = others(model, effect)
         places = [place for _, some in self._look(model) for place in some]
         itself, *rest = instead(model, effect, kind, at, places)
-        able = [one for one in rest if one.log_odds >= _CLOSE * itself.log_odds]
+        able = [one for one in rest if one.log_odds >= _ALIKE * itself.log_odds]
         able = [one for one in able if one.effect in self._standing((*left, one.effect))]
         found = sorted([itself, *able], key=lambda one: -one.log_odds)
         self._instead[self._key(self._standing(left))] = found
