@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.turn import turn
-from identify.fitting.selection.workbench import Criterion, Named, Option, Story, Workbench
+from identify.fitting.selection.workbench import Criterion, Named, Option, Step, Story, Workbench
 
 E = TypeVar("E", bound=Named)
 M = TypeVar("M")
@@ -68,8 +68,7 @@ def exchange(
         step = turn(bench, without, story, [*replaced, *others])
         best = step.best
         if best is None or best.effect == effect or step.criterion.gain(model, best.model).log_odds <= 0:
-            if best is not None and best.effect == effect:
-                _rivals_at_last(story, effect, step.rivals)
+            _rivals_at_last(story, effect, step)
             continue
         story.steps.append(step)
         found = step.found[-1].model
@@ -81,11 +80,13 @@ def exchange(
     return options, model
 
 
-def _rivals_at_last(story: Story, effect: E, rivals: tuple[Option[E, M], ...]) -> None:
-    """The steps that found an effect with its rivals at last."""
+def _rivals_at_last(story: Story, effect: E, last: Step[E, M]) -> None:
+    """The steps that found an effect, with its rivals in the last one, where it was found once more."""
+    if last.best is None or last.best.effect != effect:
+        return
     for number, step in enumerate(story.steps):
         if step.best is not None and step.best.effect == effect:
-            story.steps[number] = replace(step, rivals=rivals)
+            story.steps[number] = replace(step, rivals=last.rivals)
 
 
 def still_there(bench: Workbench[E, M], options: Sequence[Option[E, M]], model: M) -> list[Option[E, M]]:
