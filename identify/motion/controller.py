@@ -104,6 +104,11 @@ class Controller(BaseModel, ABC):
     period_s: float = Field(1e-3, gt=0, description="time between ticks, a whole number of steps")
     delay_s: float = Field(0.0, ge=0, description="from measuring to the motor, a whole number of steps")
     latency: Number = quantity("s", "further time from measuring to the motor, of any length", 0.0)
+    told: dict[str, list[float]] = Field(
+        {},
+        description="numbers of `motor`, one per joint, that the controller computes with where they are not"
+        " those of the study: `{rotor_inertia: [0.012, 0.008]}`",
+    )
 
     @property
     @abstractmethod

@@ -4,13 +4,13 @@ one model over another.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.core.correlated import effective_samples
 from identify.core.parameters import Scale
 from identify.fitting.fit import Fit
 from identify.fitting.selection.gain import Gain
@@ -61,7 +61,19 @@ class FittedMotion:
         """Residuals over noise on the records that judge, (samples, joints) each, NaN where nothing was
         measured.
         """
-        return [signal[0] for record in self._judged for signal in record]
+        return _signals(self._judged)
+
+    @cached_property
+    def fitted_residuals(self) -> list[Array]:
+        """The same on the records that were fitted, where others judge."""
+        if not _judged_by_others(self.problem):
+            return []
+        return _signals(fitted_objective(self.problem).rows(self.fit.values[None]))
+
+    @cached_property
+    def powers(self) -> list[Power]:
+        """Of each joint's signal on the records that judge and then on those that were fitted."""
+        return [power(column) for one in (*self.residuals, *self.fitted_residuals) for column in one.T]
 
     @cached_property
     def _judging(self) -> TrajectoryObjective:
@@ -72,28 +84,84 @@ class FittedMotion:
         return self._judging.rows(self.fit.values[None])
 
 
+@dataclass(frozen=True)
 class JudgingRecords:
-    """Gains on the records that judge."""
+    """Gains on all records, confirmed by those that judge.
+
+    models: among which gains are compared, on one scale; least: log odds of the records that judge, where
+    these were not fitted, from which they confirm a gain.
+    """
+
+    models: Sequence[FittedMotion] = ()
+    least: float = 0.0
 
     def gain(self, before: FittedMotion, after: FittedMotion) -> Gain:
         """Log odds from the likelihood of Gaussian residuals; explained: the fraction of the gap that goes.
 
-        Of each joint's signal the variance is that of its noise, or what the better model leaves where that
-        is more, and as many samples count as that residual has independent ones: what both models get wrong
-        is no evidence for either.  Where the records that judge were fitted, parameters have the price of
-        Schwarz 1978.
+        At each frequency of each joint's signal the variance is that of its noise, or what the best of all
+        models leaves there where that is more: what all models get wrong is no evidence for any.  Parameters
+        have the price of Schwarz 1978.
         """
         if not np.isfinite(after.gap):
             return Gain(-np.inf, -np.inf, confirmed=False, material=False)
         if not np.isfinite(before.gap):
             return Gain(np.inf, 1.0)
-        log_odds, independent = 0.0, 0.0
-        for old, new in zip(before.residuals, after.residuals, strict=True):
-            for pair in zip(old.T, new.T, strict=True):
-                more, count = _log_odds(*pair)
-                log_odds, independent = log_odds + more, independent + count
-        log_odds -= _price(before, after, independent)
-        return Gain(log_odds, 1 - after.gap / before.gap, after.gap < before.gap)
+        odds, independent = self._log_odds(before, after)
+        judging = sum(signal.shape[1] for signal in after.residuals)
+        judged = np.inf if len(odds) == judging else float(odds[:judging].sum())
+        price = (after.free - before.free) / 2 * np.log(max(independent, 2.0))
+        confirmed = after.gap < before.gap and judged > self.least
+        return Gain(float(odds.sum() - price), 1 - after.gap / before.gap, confirmed)
+
+    def _log_odds(self, before: FittedMotion, after: FittedMotion) -> tuple[Array, float]:
+        """What each joint's signal says for the second model, (signals,), without a price; how many
+        independent samples all have.
+        """
+        among = [one for one in (before, after, *self.models) if np.isfinite(one.gap)]
+        odds, independent = list[float](), 0.0
+        for touched, old, new, *others in zip(
+            _touched(before, after), *(one.powers for one in among), strict=True
+        ):
+            scale = min((old, new, *others), key=lambda one: one.total).scale
+            odds.append(0.5 * float(np.sum((old.values - new.values) / scale)) if touched else 0.0)
+            independent += old.used * float(np.mean(1 / scale)) if old.used else 0.0
+        return np.array(odds), independent
+
+
+@dataclass(frozen=True)
+class Power:
+    """Squares of a joint's signal over noise by frequency (n,), whose sum is that over its samples, and how
+    many of these there are (Whittle 1953).
+    """
+
+    values: Array
+    used: int
+
+    @property
+    def total(self) -> float:
+        """Sum of squares."""
+        return float(self.values.sum())
+
+    @cached_property
+    def scale(self) -> Array:
+        """Variance over that of the noise at each frequency (n,): one, or what there is of an octave, or at a
+        higher one where that is more; the mean less its standard error, as a mean of few lines is above one
+        by chance.  What is wrong slowly is hardly smaller than what is wrong faster, and a single number can
+        take away what is slowest.
+        """
+        size, lines = len(self.values), np.arange(len(self.values))
+        octave = np.floor(np.log2(np.maximum(np.minimum(lines, size - lines), 1))).astype(int)
+        count = np.bincount(octave)
+        mean = np.bincount(octave, self.values) / count * size / max(self.used, 1)
+        sure = np.maximum(mean / (1 + np.sqrt(2 / count)), 1.0)
+        return np.asarray(np.maximum.accumulate(sure[::-1])[::-1][octave])
+
+
+def power(residual: Array) -> Power:
+    """Of a joint's signal (samples,), NaN where nothing was measured."""
+    used = np.isfinite(residual)
+    spectrum = np.fft.fft(np.where(used, residual, 0.0))
+    return Power(np.abs(spectrum) ** 2 / len(residual), int(used.sum()))
 
 
 def judging(problem: MotionProblem) -> TrajectoryObjective:
@@ -102,29 +170,24 @@ def judging(problem: MotionProblem) -> TrajectoryObjective:
     return TrajectoryObjective(problem, records, problem.file.study.noise)
 
 
-def _log_odds(before: Array, after: Array) -> tuple[float, float]:
-    """What two residuals (samples,) of a joint's signal say for the second, and how many independent samples
-    they have.
-    """
-    used = np.isfinite(before)
-    if not used.any():
-        return 0.0, 0.0
-    old, new = before[used], after[used]
-    squares = float(np.mean(old**2)), float(np.mean(new**2))
-    better = after if squares[1] < squares[0] else before
-    count = effective_samples(np.where(used, better, 0.0), used, centred=False)
-    if np.abs(old - new).max() <= _TOUCH:
-        return 0.0, count
-    return 0.5 * count * (squares[0] - squares[1]) / max(1.0, min(squares)), count
+def _signals(rows: list[list[Array]]) -> list[Array]:
+    return [signal[0] for record in rows for signal in record]
 
 
-def _price(before: FittedMotion, after: FittedMotion, independent: float) -> float:
-    """Of the parameters that `after` has more, where they were fitted to the records that judge, of so many
-    independent samples.
-    """
-    if any(record.settings.use == "validate" for record in after.problem.records):
-        return 0.0
-    return (after.free - before.free) / 2 * float(np.log(max(independent, 2.0)))
+def _judged_by_others(problem: MotionProblem) -> bool:
+    """Whether the records that judge were not fitted."""
+    return any(record.settings.use == "validate" for record in problem.records)
+
+
+def _touched(before: FittedMotion, after: FittedMotion) -> list[bool]:
+    """Of which joint's signals anything changes that can be seen."""
+    pairs = zip(
+        (*before.residuals, *before.fitted_residuals),
+        (*after.residuals, *after.fitted_residuals),
+        strict=True,
+    )
+    away = [np.abs(old - new) for old, new in pairs]
+    return [bool(np.nanmax(column, initial=0.0) > _TOUCH) for one in away for column in one.T]
 
 
 def free_parameters(problem: MotionProblem) -> int:

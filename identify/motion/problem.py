@@ -165,10 +165,21 @@ class MotionProblem:
         ticks = max(len(record.command.position) for record in records)
         lanes = np.repeat(values, len(records), axis=0)
         numbers = self.table.arrays(lanes)
-        plant, law = self.plant(lanes, numbers), self.law(numbers)
-        orders = self._orders(records, plant, len(values), ticks)
+        told = {**numbers, **{key: np.tile(row, (len(lanes), 1)) for key, row in self.told.items()}}
+        plant, law = self.plant(lanes, numbers), self.law(told)
+        orders = self._orders(records, plant, told, len(values), ticks)
         leading = len(records) if near else None
         return simulate(plant, law, orders, replace(self.timing, ticks=ticks, every=every), leading)
+
+    @cached_property
+    def told(self) -> dict[str, Array]:
+        """What the controller computes with of the motors, (joints,) by `section.key`: what it was told, or
+        what the study states, however the motors are; what the study searches it knows.
+        """
+        study, joints = self.file.study, len(self.robot.joints)
+        stated = number_table({"motor": study.motor}, joints)
+        known = {key: row for key, row in stated.given.items() if key not in stated.columns}
+        return {**known, **{f"motor.{key}": np.array(row) for key, row in study.servo.told.items()}}
 
     def plant(self, lanes: Array, numbers: dict[str, Array]) -> Plant:
         """What moves, a lane per row of parameter values (lanes, parameters)."""
@@ -207,9 +218,16 @@ class MotionProblem:
     def _windups(self) -> list[str]:
         return [f"joint{number + 1}.rz" for number in range(len(self.robot.joints))]
 
-    def _orders(self, records: Sequence[PreparedRecord], plant: Plant, candidates: int, ticks: int) -> Orders:
-        """Commands of all lanes; where the feed-forward is of elastic joints, those of the drives that
-        take the links along them.
+    def _orders(
+        self,
+        records: Sequence[PreparedRecord],
+        plant: Plant,
+        told: Mapping[str, Array],
+        candidates: int,
+        ticks: int,
+    ) -> Orders:
+        """Commands of all lanes, by what the controller was told; where the feed-forward is of elastic
+        joints, those of the drives that take the links along them.
         """
 
         def all_lanes(rows: list[Array]) -> Array:
@@ -229,27 +247,26 @@ class MotionProblem:
             position = position + windup
             velocity = np.gradient(position, servo.period_s, axis=1)
             acceleration = np.gradient(velocity, servo.period_s, axis=1)
-        rotors = (plant.numbers["gear.ratio"] ** 2 * plant.numbers["motor.rotor_inertia"])[:, None]
+        rotors = told["gear.ratio"] ** 2 * told["motor.rotor_inertia"]
         return Orders(
             position,
             velocity,
-            torque + rotors * acceleration,
+            torque + rotors[:, None] * acceleration,
             mode,
             all_lanes([self._excitation(r) for r in records]),
-            self._twist(windup, plant, all_lanes([self._link_inertia(r) for r in records]))
+            self._twist(windup, plant, rotors, all_lanes([self._link_inertia(r) for r in records]))
             if servo.places_poles
             else None,
         )
 
-    def _twist(self, windup: Array, plant: Plant, inertia: Array) -> Twist:
+    def _twist(self, windup: Array, plant: Plant, rotors: Array, inertia: Array) -> Twist:
         """Twist that the command takes (lanes, ticks, joints), and the gains of its feedback by the inertia
-        (lanes, ticks, joints) of the links.
+        of the rotors at the gear output (lanes, joints) and of the links (lanes, ticks, joints).
         """
         joint, wound = plant.wound
         numbers, damping = plant.numbers, np.zeros_like(plant.spring.stiffness)
         damping[:, joint] = plant.passive.damping[:, wound]
-        drive = numbers["gear.ratio"] ** 2 * numbers["motor.rotor_inertia"]
-        own = (drive, plant.spring.stiffness, damping)
+        own = (rotors, plant.spring.stiffness, damping)
         drive, stiffness, damping = (np.broadcast_to(part[:, None], inertia.shape) for part in own)
         names = ("position_gain", "velocity_gain", "velocity_integral")
         gains = {name: numbers[f"servo.{name}"][:, None] for name in names}
@@ -312,6 +329,7 @@ def _loaded(file: MotionFile) -> MotionProblem:
     arm = moving_arm(robot, study.effects)
     table = number_table(sections_of(file), len(robot.joints), len(springs))
     _check_gears(file, arm)
+    _check_told(file, len(robot.joints))
     _check_fed(file, arm)
     rigid = MovingArm(robot)
     records = tuple(read_recording(file, rigid, record) for record in study.records)
@@ -342,6 +360,16 @@ def _check_fed(file: MotionFile, arm: MovingArm) -> None:
     if led and len(arm.elastic):
         found = f"{arm.names[arm.elastic[0]]} is elastic"
         raise InputError(led[0], found, "a rigid arm, whose drives say where all of it is")
+
+
+def _check_told(file: MotionFile, joints: int) -> None:
+    """Raise an InputError where the controller was told what is no number of the motor's joints."""
+    known = [key for key, number in file.study.motor if isinstance(number, JointNumber)]
+    for key, row in file.study.servo.told.items():
+        if key not in known:
+            raise InputError("servo.told", f"unknown number {key!r}", "one of " + ", ".join(known))
+        if len(row) != joints:
+            raise InputError(f"servo.told.{key}", f"{len(row)} values", f"{joints}: one per joint")
 
 
 def _check_gears(file: MotionFile, arm: MovingArm) -> None:

@@ -83,12 +83,12 @@ class MotionWorkbench:
         return [[trial] for trial in promising]
 
     def criterion(self, models: Sequence[FittedMotion]) -> JudgingRecords:
-        """By the records that judge."""
-        return JudgingRecords()
+        """By all records, on one scale, where those that judge confirm it."""
+        return JudgingRecords(models, self.policy.admit.log_odds)
 
     def quick_criterion(self, model: FittedMotion) -> JudgingRecords:
         """The same."""
-        return JudgingRecords()
+        return self.criterion([model])
 
     def pair(
         self, step: TrialStep, screened: Sequence[Trial], banned: Sequence[MotionCandidate]

@@ -15,13 +15,15 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import parse_yaml
 from identify.fitting.fit import Fit, Progress
 from identify.fitting.selection.gain import Gain
+from identify.fitting.selection.prune import exchange
 from identify.fitting.selection.workbench import Option, Story
 from identify.motion.changed import with_effects, with_numbers
 from identify.motion.judging import FittedMotion, judging
 from identify.motion.missing import screen, springs
 from identify.motion.missing.bench import MissingBench
-from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.catalogue import Kind, kinds
 from identify.motion.missing.lean import needed
+from identify.motion.missing.linear import effect_of
 from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
@@ -125,6 +127,58 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
     assert result.verdict[0].startswith("Nothing is missing that the records can show.")
     assert written == [tmp_path / "found.h5"]
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_the_controller_computes_with_the_rotor_that_it_was_told(tmp_path: Path) -> None:
+    """A rotor that is heavier than stated moves the arm, not the feed-forward; the better study says so."""
+    stated = np.array([1.2e-4])
+    case = one_joint(rotor=2.2 * stated, feedforward=1.0, told={"rotor": stated})
+    hidden_motion.write(case, tmp_path, np.random.default_rng(3))
+    result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
+    assert result.trials is not None and result.gap < 1.1 and result.gap_validation < 1.1
+    kept = [name for name, kept in zip(result.trials.name, result.trials.kept, strict=True) if kept]
+    assert kept[1:] == ["motor rotor inertia of joint 1 not as stated"]
+    better = load_motion(read_motion_study(written[1]))
+    assert better.told["motor.rotor_inertia"] == pytest.approx(stated)
+    assert fitted_objective(better).costs(better.initial[None])[0] < 1.1
+
+
+def test_what_the_controller_was_told_is_a_number_of_its_motors(tmp_path: Path) -> None:
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
+    for told, found in (
+        ({"inertia": [1.0]}, "unknown number 'inertia'"),
+        ({"rotor_inertia": [1, 2]}, "2 values"),
+    ):
+        study = json.loads((tmp_path / "motion.yaml").read_text())
+        study["servo"]["told"] = told
+        (tmp_path / "told.yaml").write_text(json.dumps(study))
+        with pytest.raises(InputError, match=found):
+            load_motion(read_motion_study(tmp_path / "told.yaml"))
+
+
+@pytest.mark.usefixtures("no_springs")
+def test_what_stands_for_something_else_is_exchanged_for_it(tmp_path: Path) -> None:
+    """A gain that was named for a delay, beside friction that is true: the delay takes its place."""
+    case = one_joint(delay_s=np.array([2e-3]), told={"viscous": NONE})
+    problem = problem_of(case, tmp_path)
+    bench = MissingBench(problem, Progress())
+    first = bench.begin()
+    kinds_of = {kind.name: kind for kind in kinds(problem, problem.initial)}
+    viscous, gain = (effect_of(kinds_of[name], [0]) for name in ("viscous friction", "velocity gain"))
+    bench._known |= {
+        effect.name: (kinds_of[name], (0,))
+        for name, effect in (("viscous friction", viscous), ("velocity gain", gain))
+    }
+    wrong = bench._with(first, (viscous, gain))
+    assert wrong.gap > 1.2
+    options, found = exchange(bench, [], wrong, Story())
+    assert [effect.name for effect in found.added] == [
+        "viscous friction of joint 1",
+        "delay of the controller of joint 1",
+    ]
+    assert found.gap < 1.1
+    assert [option.effect for option in options] == [found.added[-1]]
 
 
 @pytest.mark.usefixtures("no_springs")

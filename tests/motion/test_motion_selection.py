@@ -67,6 +67,7 @@ def tabled(monkeypatch: pytest.MonkeyPatch, gaps: dict[str, float], samples: int
     monkeypatch.setattr(workbench, "fit", fake)
     monkeypatch.setattr(FittedMotion, "gap", property(lambda self: self.fit.cost))
     monkeypatch.setattr(FittedMotion, "residuals", property(residuals))
+    monkeypatch.setattr(FittedMotion, "fitted_residuals", property(lambda self: []))
     return fits
 
 
@@ -114,10 +115,12 @@ def test_a_rival_that_does_as_well_is_said(tmp_path: Path, monkeypatch: pytest.M
     assert fit_motion(problem_of(tmp_path / "apart"), Progress()).rivals == ()
 
 
-def motion(problem: MotionProblem, gap: float, residual: Array) -> FittedMotion:
+def motion(
+    problem: MotionProblem, gap: float, residual: Array, fitted: list[Array] | None = None
+) -> FittedMotion:
     """A fitted motion whose simulation is known."""
     found: Any = FittedMotion(problem, Fit(problem.initial, gap, (), np.zeros((0, 5)), 0.0))
-    found.__dict__.update(gap=gap, residuals=[residual])
+    found.__dict__.update(gap=gap, residuals=[residual], fitted_residuals=fitted or [])
     return found  # type: ignore[no-any-return]
 
 
@@ -130,13 +133,12 @@ def test_evidence_is_of_correlated_residuals_and_fitted_parameters_cost(
     noise[::2, 1] = np.nan
     slow = noise + np.sin(np.arange(800) / 50)[:, None] * [1.0, 0.0]
     gain = JudgingRecords().gain(motion(problem, 1.2, slow), motion(problem, 1.0, noise))
-    assert gain.log_odds == pytest.approx(np.sum(slow[:, 0] ** 2 - noise[:, 0] ** 2) / 2, rel=0.2)
+    squares = np.sum(slow[:, 0] ** 2 - noise[:, 0] ** 2) / 2
+    assert 0.5 * squares < gain.log_odds < 1.1 * squares  # four lines of noise are by chance above one
     assert gain.explained == pytest.approx(1 - 1 / 1.2)
-    wrong = (
-        3 * np.sin(np.arange(800) / 90)[:, None]
-    )  # what both get wrong is slow: hardly a sample independent
+    wrong = 3 * np.sin(np.arange(800) / 90)[:, None]  # what both get wrong is as slow: hardly any evidence
     among = JudgingRecords().gain(motion(problem, 2.4, slow + wrong), motion(problem, 2.3, noise + wrong))
-    assert 0 < among.log_odds < 3
+    assert 0 < among.log_odds < 7
     back = JudgingRecords().gain(motion(problem, 1.0, noise), motion(problem, 1.2, slow))
     assert back.log_odds < 0
     assert not back.confirmed
@@ -145,6 +147,31 @@ def test_evidence_is_of_correlated_residuals_and_fitted_parameters_cost(
     freed = with_numbers(everything, everything.file.study.candidates[0].numbers, {})
     priced = JudgingRecords().gain(motion(everything, 1.2, slow), motion(freed, 1.0, noise))
     assert gain.log_odds - priced.log_odds == pytest.approx(np.log(1200) / 2, rel=0.05)
+
+
+def test_what_all_models_get_wrong_at_a_frequency_is_evidence_for_none(tmp_path: Path) -> None:
+    """Beside a slow error of three times the noise, taking off a tenth of it says little, and as much of what
+    is fast says what it would say without; the best of all models says how wrong all are.
+    """
+    problem, rng = problem_of(tmp_path), np.random.default_rng(0)
+    spectrum = np.where(np.arange(2001) < 40, 1.0, 0.0) * np.exp(2j * np.pi * rng.random(2001))
+    slow = np.fft.irfft(spectrum, 4000)[:, None]
+    slow *= 3.0 / np.std(slow)
+    fast, noise = 0.75 * np.sin(1.3 * np.arange(4000))[:, None], rng.normal(size=(4000, 1))
+    first = motion(problem, 3.2, noise + 1.1 * slow + fast)
+    less_slow, less_fast = motion(problem, 3.1, noise + slow + fast), motion(problem, 3.1, noise + 1.1 * slow)
+    whole = 0.5 * 4000 * 0.75**2 / 2
+    assert JudgingRecords().gain(first, less_fast).log_odds == pytest.approx(whole, rel=0.15)
+    assert 0 < JudgingRecords().gain(first, less_slow).log_odds < 0.02 * 0.5 * 4000 * 0.21 * 9
+    right = motion(problem, 1.0, noise)
+    assert JudgingRecords((right,)).gain(first, less_slow).log_odds > 2000
+
+
+def test_all_records_say_which_and_those_that_judge_confirm_it(tmp_path: Path) -> None:
+    problem, noise = problem_of(tmp_path), np.random.default_rng(0).normal(size=(4000, 1))
+    better, worse = (motion(problem, 1.0, noise, [part * noise]) for part in (1.0, 1.1))
+    assert JudgingRecords().gain(worse, better).log_odds == pytest.approx(0.21 * 2000, rel=0.1)
+    assert not JudgingRecords(least=5.0).gain(worse, better).confirmed
 
 
 def test_a_motion_that_runs_away_gains_nothing(tmp_path: Path) -> None:

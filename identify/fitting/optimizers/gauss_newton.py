@@ -27,6 +27,10 @@ are nowhere near what their derivatives say.
 """
 _FIRST, _LEAST, _MOST = 1e-2, 1e-12, 1e12
 """Damping over the curvature along each unknown."""
+_STILL = 1e-10
+"""A step along every unknown, on the scale of the search, after which nothing has moved: where data are
+matched exactly, squares fall by a part of themselves for ever.
+"""
 _COARSE = 1e-2
 """Tolerance at costs that the search calls far: what is missing moves the minimum by far more."""
 
@@ -41,7 +45,7 @@ class GaussNewton(Optimizer):
         400, ge=1, description="budget of evaluations, per start; a step takes two or three"
     )
     tolerance: float = Field(
-        1e-10, gt=0, description="relative change of the sum of squares, or of x, below which it is done"
+        1e-10, gt=0, description="relative change of the sum of squares below which it is done"
     )
 
     def minimize(self, search: Search, start: Array, rng: np.random.Generator) -> Outcome:
@@ -67,7 +71,7 @@ class GaussNewton(Optimizer):
             lower, upper = np.maximum(search.lower - x, -_FARTHEST), np.minimum(search.upper - x, _FARTHEST)
             step = bounded_step(damped, -slope, lower, upper)
             foreseen = -float(step @ (2 * slope + curvature @ step)) / product[-1, -1]
-            if np.linalg.norm(step) <= tolerance * np.linalg.norm(x):
+            if np.abs(step).max(initial=0.0) <= _STILL:
                 break
             step, costs = _followed(search, x, step, damped, (lower, upper))
             fall = 1 - (costs / cost) ** 2

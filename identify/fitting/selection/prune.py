@@ -5,11 +5,12 @@ replace.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 from identify.fitting.selection.gain import Gain
 from identify.fitting.selection.turn import turn
-from identify.fitting.selection.workbench import Criterion, Named, Option, Story, Workbench
+from identify.fitting.selection.workbench import Criterion, Named, Option, Step, Story, Workbench
 
 E = TypeVar("E", bound=Named)
 M = TypeVar("M")
@@ -54,10 +55,11 @@ def exchange(
 
     The first effect that was found had to explain what the later ones now do; with them, something simpler
     may take its place (sequential replacement: Miller, Subset Selection in Regression, 2002, section 3.4).
-    What was replaced once does not come back, or two effects could take turns.
+    What was replaced once does not come back, or two effects could take turns.  Rivals of one that stays are
+    those beside all others.
     """
     options, number, replaced = list(options), 0, list[E]()
-    while len(effects := bench.added(model)) > 1 and number < len(effects):
+    while len(effects := bench.added(model)) > 1 and number < len(effects) and not story.late:
         effect, number = effects[number], number + 1
         if not bench.replaceable(model, effect):
             continue
@@ -66,6 +68,7 @@ def exchange(
         step = turn(bench, without, story, [*replaced, *others])
         best = step.best
         if best is None or best.effect == effect or step.criterion.gain(model, best.model).log_odds <= 0:
+            _rivals_at_last(story, effect, step)
             continue
         story.steps.append(step)
         found = step.found[-1].model
@@ -75,6 +78,15 @@ def exchange(
         options, number = still_there(bench, options, model), 0
         replaced.append(effect)
     return options, model
+
+
+def _rivals_at_last(story: Story, effect: E, last: Step[E, M]) -> None:
+    """The steps that found an effect, with its rivals in the last one, where it was found once more."""
+    if last.best is None or last.best.effect != effect:
+        return
+    for number, step in enumerate(story.steps):
+        if step.best is not None and step.best.effect == effect:
+            story.steps[number] = replace(step, rivals=last.rivals)
 
 
 def still_there(bench: Workbench[E, M], options: Sequence[Option[E, M]], model: M) -> list[Option[E, M]]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import StageSettings
@@ -18,10 +19,11 @@ from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
+from identify.motion.missing.instead import instead
 from identify.motion.missing.lean import needed, worth
-from identify.motion.missing.linear import effect_of
+from identify.motion.missing.linear import Place, effect_of
 from identify.motion.missing.long_steps import LongSteps, changed, foreseen
-from identify.motion.missing.screen import Promise, promises
+from identify.motion.missing.screen import Lanes, Promise, look, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
@@ -34,6 +36,10 @@ _TRIED = 5
 _ENDED, _CLOSE = 2, 0.5
 """How many of them are fitted to their end; what part of the best one's odds, and then of its fall of ln gap,
 is close.
+"""
+_ALIKE = 0.9
+"""What part of an effect's odds, to first order at the last model, something else has that may stand in its
+place: what explains less then is another pattern.
 """
 _STEP_SHARE, _PARTS = 0.1, 4
 """Error of the step, over the gap, from which it is taken off what was recorded, so that what makes up for it
@@ -58,7 +64,9 @@ class MissingBench(MotionWorkbench):
         super().__init__(coarse(problem), progress)
         self._fine = problem
         self._steps: LongSteps | None = None
+        self._looks: dict[int, tuple[FittedMotion, list[tuple[Lanes, list[Place]]]]] = {}
         self._promised: dict[int, tuple[FittedMotion, list[Promise]]] = {}
+        self._instead: dict[frozenset[str], list[Promise]] = {}
         self._starts: dict[str, float] = {}
         self._known: dict[str, tuple[Kind | SpringKind | None, tuple[int, ...]]] = {}
 
@@ -99,23 +107,46 @@ class MissingBench(MotionWorkbench):
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
         """Those that promise something to first order, the most promising first."""
         if id(model) not in self._promised:
-            self._promised[id(model)] = model, promises(model)
+            foreseen = self._instead.pop(self._key(model.added), None)
+            self._promised[id(model)] = model, foreseen or promises(model, self._look(model))
         found = [promise.effect for promise in self._promised[id(model)][1]]
         return [one for one in found if not any(one.instead_of(other) for other in model.added)]
+
+    def _look(self, model: FittedMotion) -> list[tuple[Lanes, list[Place]]]:
+        if id(model) not in self._looks:
+            self._looks = {id(model): (model, look(model))}
+        return self._looks[id(model)][1]
+
+    def replaceable(self, model: FittedMotion, effect: MotionCandidate) -> bool:
+        """One of which something else would explain nine tenths, to first order; it is tried."""
+        kind, at = self._known[effect.name]
+        if kind is None:
+            return False
+        left = others(model, effect)
+        places = [place for _, some in self._look(model) for place in some]
+        itself, *rest = instead(model, effect, kind, at, places)
+        able = [one for one in rest if one.log_odds >= _ALIKE * itself.log_odds]
+        able = [one for one in able if one.effect in self._standing((*left, one.effect))]
+        found = sorted([itself, *able], key=lambda one: -one.log_odds)
+        self._instead[self._key(self._standing(left))] = found
+        return bool(able)
 
     def screen(self, model: FittedMotion, effects: Sequence[MotionCandidate], story: Story) -> list[Trial]:
         """As they promise."""
         return [Attempt(effect, model, 0) for effect in effects]
 
     def promising(self, model: FittedMotion, screened: Sequence[Trial]) -> Sequence[Trial]:
-        """The first few that are different, and what is the same as one of them."""
+        """The first few that are different, and what is the same as one of them, of those that promise what
+        is asked although all were looked at.
+        """
         known = {id(p.effect): p for p in self._promised[id(model)][1]}
         most = max((known[id(trial.effect)].log_odds for trial in screened), default=0.0)
         different, found = list[Promise](), list[Trial]()
         for trial in screened:
             promise = known[id(trial.effect)]
             new = not any(promise.same(one) for one in different)
-            if promise.log_odds < _CLOSE * most or (new and len(different) == _TRIED):
+            enough = promise.log_odds > max(_CLOSE * most, self.policy.admit.log_odds)
+            if not enough or (new and len(different) == _TRIED):
                 break
             different += [promise] if new else []
             found.append(trial)
@@ -125,8 +156,8 @@ class MissingBench(MotionWorkbench):
         """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones
         to their end, and once more without places of which nothing is left.
         """
-        known = {p.effect.name: p for p in self._promised[id(model)][1]}
-        promised = [known[trial.effect.name] for trial in promising]
+        promises = {p.effect.name: p for p in self._promised[id(model)][1]}
+        promised = [promises[trial.effect.name] for trial in promising]
         found = list[tuple[Promise, FittedMotion]]()
         for promise in promised:
             if any(promise.same(other) for other, _ in found):
@@ -134,8 +165,9 @@ class MissingBench(MotionWorkbench):
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
             effects = (*model.added, promise.effect)
+            known = self._fitted.get(self._key(effects))
             begun = with_numbers(self._problem(effects, model), {}, promise.starts)
-            found.append((promise, self._fit(begun, effects, [_BRIEF])))
+            found.append((promise, known or self._fit(begun, effects, [_BRIEF])))
         found.sort(key=lambda pair: pair[1].fit.cost)
         falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
         close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])
@@ -223,10 +255,16 @@ class MissingBench(MotionWorkbench):
         if free_parameters(fine):
             if fine.step_s == problem.step_s:
                 return replace(found, problem=fine)
-            names = [parameter.name for parameter in problem.parameters]
-            fine = with_numbers(fine, {}, dict(zip(names, map(float, found.fit.values), strict=True)))
+            near = with_numbers(found.problem, {}, _told(problem, found.fit.values))
+            fine = with_numbers(fine, {}, _told(problem, self._fit(near, (), [_LAST]).fit.values))
         last = self._fit(fine, (), [_LAST])
         return replace(found, problem=fine, fit=last.fit, objective=last.fitted)
+
+
+def _told(problem: MotionProblem, values: Array) -> dict[str, float]:
+    """Parameter values (parameters,) by name."""
+    names = [parameter.name for parameter in problem.parameters]
+    return dict(zip(names, map(float, values), strict=True))
 
 
 def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:

@@ -34,7 +34,7 @@ def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -
     names = [problem.parameters[number].name for number in scale.free]
     own, away, unknowns = list[int](), list[float](), 0
     for place in places:
-        parts = _own(model, kind, place, names, scale)
+        parts = own_of(model, kind, place, names, scale)
         own, away, unknowns = [*own, *parts[0]], [*away, *parts[1]], unknowns + parts[2]
     rest = [n for n in range(len(information)) if n not in own]
     beside = information[np.ix_(own, rest)]
@@ -43,16 +43,17 @@ def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -
     return 0.5 * squares - 0.5 * unknowns * float(np.log(max(free, 2.0)))
 
 
-def _own(
+def own_of(
     model: FittedMotion, kind: Kind | SpringKind, place: int, names: Sequence[str], scale: Scale
 ) -> tuple[list[int], Array, int]:
-    """The free parameters of a place, how far they are from where it is nothing on the search scale, and how
+    """The free parameters of a place, of springs their stiffness, by their numbers among the names of those
+    that are free; how far they are, to first order, from where it is nothing on the search scale; and how
     many unknowns it has.
     """
     x = scale.to_x(model.fit.values)
     if isinstance(kind, SpringKind):  # compliances, whose relative errors are those of the stiffness
         own = [names.index(f"{kind.coordinates[n]}.stiffness") for n in kind.places[place]]
-        return own, np.ones(len(own)), 2 * len(own)
+        return own, -np.ones(len(own)), 2 * len(own)
     own = [names.index(f"joint{place + 1}.{key}") for key in kind.where]
     absent = model.fit.values.copy()
     for row, number in enumerate(own):

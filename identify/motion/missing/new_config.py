@@ -37,6 +37,7 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     _springs(data, problem, told)
     _numbers(data, problem, values)
     _law(data, problem)
+    _told(data, problem)
     return yaml_text(data)
 
 
@@ -100,6 +101,15 @@ def _law(data: Any, problem: MotionProblem) -> None:
     found = problem.file.study.friction.smoothing
     if data.get("friction", {}).get("smoothing", FrictionSettings().smoothing) != found:
         data.setdefault("friction", CommentedMap())["smoothing"] = found
+
+
+def _told(data: Any, problem: MotionProblem) -> None:
+    """What the controller goes on computing with, of motors that are not as stated."""
+    for where in problem.freed:
+        section, _, key = where.partition(".")
+        if section == "motor" and where in problem.told:
+            told = data["servo"].setdefault("told", CommentedMap())
+            told[key] = flat([_short(value) for value in problem.told[where].tolist()])
 
 
 def _short(value: float) -> float:

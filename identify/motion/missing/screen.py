@@ -79,30 +79,42 @@ class Promise:
         return self.kind is not None and self.kind is other.kind and bool({*self.places} & {*other.places})
 
 
-def promises(model: FittedMotion) -> list[Promise]:
+def look(model: FittedMotion) -> list[tuple[Lanes, list[Place]]]:
+    """All that may be missing from a model, with what it changes: numbers, then springs."""
+    return [_numbers(model), _springs(model)]
+
+
+def promises(model: FittedMotion, looks: Sequence[tuple[Lanes, list[Place]]] | None = None) -> list[Promise]:
     """All effects that promise something, the most promising first; of a kind only sets of places that have
-    none in common.
+    none in common; looks: what may be missing, where it is known.
     """
-    looks = [_numbers(model), _springs(model)]
+    looks = looks or look(model)
     sight = _sight(model, sum(len(places) for _, places in looks))
     solved, found = [(lanes, solutions(places, sight)) for lanes, places in looks], _laws(model, sight)
     most = max((one.log_odds for _, own in solved for one in own), default=0.0)
     for lanes, own in solved:
         found += _simulated(model, lanes, [one for one in own if one.log_odds >= PART * most], sight)
         found += [
-            _promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
+            promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
         ]
-    found.sort(key=lambda promise: -promise.log_odds)
+    found.sort(key=lambda one: -one.log_odds)
     return [one for n, one in enumerate(found) if not any(one.within(other) for other in found[:n])]
 
 
 def _sight(model: FittedMotion, tried: int) -> Sight:
-    objective, (residual, own) = model.objective, model.seen
+    residual, own = model.seen
+    return sight_of(model, residual, own, tried)
+
+
+def sight_of(model: FittedMotion, residual: Array, own: Array, tried: int) -> Sight:
+    """Of residuals (count,) beside columns (count, n) that are searched, both over the root of their number,
+    as many of them independent as of the model's, with so many places to look at.
+    """
     sizes = np.linalg.norm(own, axis=0)
     basis = np.linalg.qr(own[:, sizes > 0] / sizes[sizes > 0])[0]
-    whole = np.sqrt(objective.count) * residual
+    whole = np.sqrt(model.objective.count) * residual
     left = whole - basis @ (basis.T @ whole)
-    return Sight(whole, left, basis, independent(objective, residual), max(tried, 2))
+    return Sight(whole, left, basis, independent(model.objective, model.seen[0]), max(tried, 2))
 
 
 def independent(objective: TrajectoryObjective, row: Array) -> float:
@@ -188,11 +200,12 @@ def _simulated(
     found = []
     for one, squares, first in zip(solutions, left, range(0, len(starts), len(_SHARES)), strict=True):
         odds = sight.log_odds(float(squares.min()), one.unknowns, len(one.places))
-        found.append(_promise(one.places, odds, starts[first + int(np.argmin(squares))]))
-    return [promise for promise in found if promise.log_odds > 0]
+        found.append(promise(one.places, odds, starts[first + int(np.argmin(squares))]))
+    return [one for one in found if one.log_odds > 0]
 
 
-def _promise(places: Sequence[Place], log_odds: float, starts: Mapping[str, float]) -> Promise:
+def promise(places: Sequence[Place], log_odds: float, starts: Mapping[str, float]) -> Promise:
+    """Places of a kind with their odds, as an effect."""
     kind, numbers = places[0].kind, sorted(place.number for place in places)
     return Promise(kind, tuple(numbers), effect_of(kind, numbers), log_odds, starts)
 
