@@ -30,6 +30,7 @@ from tests.generator.makes import MAKES
 from tests.generator.measure import draw_postures, make_plant, stated_decay
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
+from tests.generator.structure import JointCompliance
 
 _BEARINGS = tuple(f"{kind}_j{number}" for kind in ("tilt", "radial", "axial") for number in range(1, 7))
 _BASE = ("base_rocking", "base_sliding", "base_turning")
@@ -38,6 +39,8 @@ _SMALL, _SCATTER, _STRONG = 0.15, 0.5, 5.0
 """Median strength of an effect beside one that is clearly visible, its spread (ln), and how many times that
 the strongest is.
 """
+_UNROUND = 0.1
+"""By how much bearings differ from one direction to the other (ln)."""
 _UNSEEN = 2
 
 
@@ -52,11 +55,20 @@ def many(spec: TestSpec, rng: np.random.Generator) -> TestSpec:
     strengths = _SMALL * np.exp(_SCATTER * rng.normal(size=len(names)))
     strengths[rng.integers(len(names))] *= _STRONG
     effects = [
-        one
+        _round(one, rng)
         for name, strength in zip(names, strengths, strict=True)
         for one in hide(spec, str(name), float(strength)).effects
     ]
     return replace(spec, effects=tuple(effects), case="hall")
+
+
+def _round(effect: Effect, rng: np.random.Generator) -> Effect:
+    """A bearing across its axis nearly alike in both directions, as bearings are, whatever hangs on it."""
+    if not isinstance(effect, JointCompliance) or len(effect.stiffness) < 2:
+        return effect
+    middle = np.exp(np.mean(np.log(effect.stiffness)) + _UNROUND * rng.normal(size=2))
+    times = np.array(effect.damping) / np.array(effect.stiffness)
+    return replace(effect, stiffness=tuple(middle.tolist()), damping=tuple((times * middle).tolist()))
 
 
 def write(spec: TestSpec, folder: Path) -> None:
