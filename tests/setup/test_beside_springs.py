@@ -73,19 +73,6 @@ def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: P
     assert np.isfinite(within(scored(told.problem()), told.uncertainty).gap)
 
 
-def test_a_power_of_j_omega_is_asked_for_before_a_common_factor(tmp_path: Path) -> None:
-    """Beside another mistake it explains next to nothing but the factor, which no mistake has."""
-    wrong = {
-        "measurements": studies.each(correct={"quantity": "mobility"}),
-        "joint_angles": {"sign": [-1] * 6},
-    }
-    told = studies.of(tmp_path, studies.config(**wrong))
-    found = beside_springs(told, scored(told.problem()))
-    assert found is not None
-    assert {one.code for one in found.hypotheses} == {"quantity", "joint-sign"}
-    assert not found.factors
-
-
 def test_what_takes_a_common_factor_away_at_no_cost_may_stand_in_its_place(tmp_path: Path) -> None:
     told = studies.of(tmp_path, studies.config())
     score = replace(scored(told.problem()), cost=8.0, level=-4.0)
