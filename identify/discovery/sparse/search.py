@@ -84,9 +84,9 @@ def explain(
     structure = _structure(problem)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
     told = _with_links_as_stated(problem, bending, structure, story, unseen, doubted=doubted)
-    likeliest = max(told, key=_evidence, default=None)
+    likeliest = _likeliest(told, unseen)
     if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
-        closed = [one for one in told if one.closed]
+        closed = any(one.closed for one in told)
         story.doing("fitting everything that may be missing at once")
         usual = dense_fit(bending, structure, usual=True, until=story.until)
         fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
@@ -94,8 +94,9 @@ def explain(
             fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
             best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
             story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
-            closed += [_aligned(one, story, unseen) for one in best]
-        likeliest = max(closed, key=_evidence)
+            told += [_aligned(one, story, unseen) for one in best]
+        likeliest = _likeliest(told, unseen)
+    assert likeliest is not None
     known = likeliest.found
     return Explained(named(known, likeliest.evidence, likeliest.inflated), known.values, known.study)
 
@@ -194,8 +195,8 @@ def _with_links_as_stated(
     again = [one for one, model in models if _may_stand_for_others(one, model, fit.effects)]
     for one in again:
         if not story.late:
-            fit = afresh(one)
-            models += [(fit, _aligned(fit, story, unseen))] if fit.gap < CLOSED else []
+            other = afresh(one)
+            models += [(other, _aligned(other, story, unseen))] if other.gap < CLOSED else []
     return [model for _, model in models]
 
 
@@ -236,6 +237,17 @@ def _others(
         story.doing("fitting again, from the lower part of the band up")
         banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
         yield from _further(banded, story) if banded.objective < first.objective else [banded]
+
+
+def _likeliest(models: Sequence[Pruned], unseen: Unseen | None) -> Pruned | None:
+    """Of those that leave nothing open the one with most evidence; where all leave something, the one that
+    predicts unseen data best.
+    """
+    closed = [one for one in models if one.closed]
+    if closed or unseen is None:
+        return max(closed or models, key=_evidence, default=None)
+    found = [(unseen(one.found.study, one.found.effects, one.found.values), one) for one in models]
+    return min(found, key=lambda pair: pair[0], default=(0.0, None))[1]
 
 
 def _evidence(model: Pruned) -> float:

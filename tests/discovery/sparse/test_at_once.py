@@ -8,6 +8,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from identify.discovery.sparse.evidence import supports, weighed
 from identify.discovery.sparse.fit import Found, afresh, dense_fit, gone_on, refitted
 from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.prune import smallest_that_predicts
-from identify.discovery.sparse.search import _ended, _further, _others, explain, promising
+from identify.discovery.sparse.search import _ended, _further, _likeliest, _others, explain, promising
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
@@ -214,6 +215,21 @@ def test_of_models_that_predict_alike_the_smallest_is_kept(hammered: Hammered) -
         few = refitted(kept, [u for u in kept.unknowns.units if u.name == "joint2.tilt"])
         path: list[tuple[Found, dict[str, float]]] = [(found, {}), (kept, {}), (few, {}), (without, {})]
         assert smallest_that_predicts(path, left_by)[0] is few
+
+
+def test_where_all_models_leave_something_the_best_predictor_is_kept() -> None:
+    def model(closed: bool, evidence: float, gap: float) -> Any:
+        found = SimpleNamespace(log_evidence=evidence, study=None, effects=(), values={"gap": gap})
+        return SimpleNamespace(closed=closed, found=found)
+
+    def unseen(_study: Problem, _effects: Sequence[Effect], values: dict[str, float]) -> float:
+        return values["gap"]
+
+    likely, predictive, closed = model(False, 9.0, 1.5), model(False, 1.0, 1.2), model(True, -5.0, 3.0)
+    assert _likeliest([likely, predictive], unseen) is predictive
+    assert _likeliest([likely, predictive], None) is likely
+    assert _likeliest([likely, predictive, closed], unseen) is closed
+    assert _likeliest([], unseen) is None
 
 
 def test_what_proves_to_be_needed_stays_whatever_the_curvature_says(
