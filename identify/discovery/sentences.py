@@ -27,6 +27,8 @@ def gaps(gap: float, elsewhere: float) -> str:
 _FAR = 5.0
 """A stiffness of a drive this many times off its start has compensated for something."""
 _DOUBTFUL = ("not determined", *BOUNDS)
+_SAID = 8
+"""Effects that a verdict names: tables have all."""
 
 
 def named(effect: Effect, own: Sequence[str], p: ParameterTable) -> str:
@@ -144,7 +146,7 @@ def verdict(found: Discovery) -> tuple[str, ...]:
                 " something else is missing, or wrong in the data."
             ),
         )
-    names = listed([option.effect.sentence() for option in found.added])
+    names = most_important([option.effect.sentence() for option in found.added])
     closed = (
         f"Missing from the model: {names}. With {'it' if len(found.added) == 1 else 'them'}, the gap goes"
         f" from {before} to {after}."
@@ -152,6 +154,12 @@ def verdict(found: Discovery) -> tuple[str, ...]:
     if final.gap <= QUIET:
         return closed, *(_may_hide(final.gap) or ("What is left is noise.",))
     return closed, *_not_settled(found)
+
+
+def most_important(sentences: Sequence[str]) -> str:
+    """Effects, the most important first, as a list that is read at a glance: how many more there are."""
+    more = len(sentences) - _SAID
+    return listed(sentences if more < 2 else [*sentences[:_SAID], f"{more} that matter less"])
 
 
 def _not_settled(found: Discovery) -> Iterator[str]:

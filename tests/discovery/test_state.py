@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from identify.core.text import listed
 from identify.discovery.decimated import decimated
 from identify.discovery.importance import ranked
 from identify.discovery.loop import _confirmed
+from identify.discovery.sentences import most_important
 from identify.discovery.sparse.evidence import believable
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unknowns
@@ -67,6 +69,12 @@ def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
     for one in order:
         assert one.gap_without == pytest.approx(_gap_without(found, one.effect), rel=0.1)
         assert one.gap_without > found.model.gap + 1
+
+
+def test_a_verdict_names_the_most_important_effects_and_counts_the_others() -> None:
+    names = [f"effect {n}" for n in range(1, 12)]
+    assert most_important(names[:9]).endswith(", effect 8 and effect 9")
+    assert most_important(names) == listed([*names[:8], "3 that matter less"])
 
 
 def _gap_without(state: State, effect: Effect) -> float:
