@@ -246,7 +246,12 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
     if reread is not None:
         return scored(reread, known.values, steps, slopes=())
     model = with_springs(problem, known.by_name)
-    return scored(model, model.initial, steps, slopes=_LEVEL)
+    soft = scored(model, model.initial, steps, slopes=_LEVEL)
+    if len(known.problem.file.study.effects) > len(problem.file.study.effects):
+        return soft
+    # Where no spring gives way, usual ones are far from the best.
+    rigid = scored(problem, problem.at(known.by_name), steps, slopes=())
+    return min(soft, rigid, key=lambda one: one.cost)
 
 
 def _cost(one: Candidate) -> float:
