@@ -15,7 +15,7 @@ from identify.vibration.problem import Problem
 SEEN = 1.0
 """Units of what is left that an amplitude must move to be kept for a look at its evidence."""
 
-_FEW = 3
+FEW = 3
 """Units that explain the data, so that no other start can do with much less."""
 
 Say = Callable[[str], None]
@@ -44,7 +44,7 @@ class Pruned(NamedTuple):
         """
         bends = any(isinstance(unit.effect, LinkFlexibility) for unit in self.found.unknowns.units)
         forms = any(one.group == "form" for one in self.found.problem.nuisances.entries)
-        return self.closed and len(self.evidence) <= _FEW and (forms or not bends)
+        return self.closed and len(self.evidence) <= FEW and (forms or not bends)
 
 
 def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:

@@ -36,7 +36,7 @@ from identify.discovery.sparse.fit import (
 )
 from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
-from identify.discovery.sparse.prune import SEEN, Pruned, Unseen, pruned
+from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
 from identify.discovery.sparse.trials import Trial, bent_links, by_parts, trials
 from identify.fitting.selection.workbench import Story
@@ -118,16 +118,20 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
 
 
 def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tuple[Found, bool]:
-    """The fit with bearings, base and mounts that may give way, from rigid ones or, where that leaves much
-    open, from usual ones; and whether it is that, and not the one with links that may bend, which leaves less
-    than half as much.  Bearings give way in every arm; in a wrong model links always take up something.
+    """The fit with bearings, base and mounts that may give way, from rigid ones, and from usual ones where that
+    leaves something open or many give way, which hide each other on the way; and whether it is that, and not
+    the one with links that may bend, which leaves less than half as much.  Bearings give way in every arm; in
+    a wrong model links always take up something.
     """
     story.doing("fitting with bearings that may give way")
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
     fit = dense_fit(problem, bearings, usual=False, until=story.until)
-    if not _open([fit]) or story.late:
+    several = sum(fit.unknowns.moved(one, fit.x, fit.product) > SEEN for one in fit.unknowns.units) > FEW
+    if story.late or not (several or _open([fit])):
         return fit, True
     fit = min(fit, dense_fit(problem, bearings, usual=True, until=story.until), key=_objective)
+    if not _open([fit]):
+        return fit, True
     story.doing("fitting with links that may give way, too")
     other = dense_fit(problem, structure, usual=False, until=story.until)
     return (other, False) if other.gap**2 - 1 < _LEFT * (fit.gap**2 - 1) else (fit, True)
