@@ -118,10 +118,10 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
 
 
 def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tuple[Found, bool]:
-    """The fit with bearings, base and mounts that may give way, from rigid ones, and from usual ones where that
-    leaves something open or many give way, which hide each other on the way; and whether it is that, and not
-    the one with links that may bend, which leaves less than half as much.  Bearings give way in every arm; in
-    a wrong model links always take up something.
+    """The fit with bearings, base and mounts that may give way, from rigid ones, and from usual ones where
+    that leaves something open or many give way, which hide each other on the way; and whether it is that, and
+    not the one with links that may bend, which leaves less than half as much.  Bearings give way in every
+    arm; in a wrong model links always take up something.
     """
     story.doing("fitting with bearings that may give way")
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
