@@ -79,9 +79,8 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         criterion = EvidenceCriterion(variance_inflation(state.problem, state.model))
         steps = [*steps, Step(state.model, (), (), (), criterion)]
     added = tuple(step.found[0] for step in steps if step.found)
-    odds, without = (
-        tuple(getattr(one, what) for one in state.added) for what in ("probability", "gap_without")
-    )
+    odds = tuple(one.probability for one in state.added)
+    without = tuple(one.gap_without for one in state.added)
     return Discovery(
         state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, without, story.late
     )

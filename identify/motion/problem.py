@@ -73,6 +73,10 @@ class MotionProblem:
         """Where a search starts, (parameters,)."""
         return np.array([parameter.initial for parameter in self.parameters])
 
+    def by_name(self, values: Array) -> dict[str, float]:
+        """Values (parameters,) by name."""
+        return dict(zip((p.name for p in self.parameters), map(float, values), strict=True))
+
     @cached_property
     def resolution(self) -> Array:
         """Turn of the motor per count of its encoder, rad; 0 where continuous."""

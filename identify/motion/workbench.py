@@ -163,8 +163,7 @@ class MotionWorkbench:
 
     def starts(self, effects: Sequence[MotionCandidate], model: FittedMotion) -> dict[str, float]:
         """Where parameters start in a model with these effects, by name: as another model has them."""
-        names = [parameter.name for parameter in model.problem.parameters]
-        return dict(zip(names, map(float, model.fit.values), strict=True))
+        return model.problem.by_name(model.fit.values)
 
 
 def others(model: FittedMotion, effect: MotionCandidate) -> tuple[MotionCandidate, ...]:

@@ -42,8 +42,8 @@ _CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 30, 12, 3
 """Hypotheses about channels that are fitted for a step in a round, about the rest that are for a few, of both
 those that are for more, and of these those that are to all lines.
 """
-_GLANCED, _GLANCED_SETS = 6, 2
-"""Lines and measurements at a first look."""
+_GLANCED = 6
+"""Lines of each measurement at a first look: every spring is free."""
 _LEFT = 0.5
 """Share of the squares that may be left: hoses and stated errors leave theirs, which no spring explains.  Of
 24 right arms with two dozen effects nothing left less than 0.8, mistakes left 0.01 to 0.28.
@@ -175,9 +175,8 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
     """Candidates with one more mistake, the most promising of a first look at few lines, and what leaves
     least of a common factor, if there is one.
     """
-    sets = dict(list(base.stated.sets.items())[:_GLANCED_SETS])
-    small = replace(base, stated=replace(base.stated, sets=sets))
-    small = replace(small, score=_fitted(small.stated, base.score, _STEP, _GLANCED))
+    stated = base.stated.glanced()
+    small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
     seen = list[Candidate]()
     for hypothesis in hypotheses:
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)

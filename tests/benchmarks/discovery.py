@@ -217,6 +217,7 @@ def _named(problem: Problem, found: Discovery) -> set[str]:
 
 
 def labels(problem: Problem, effect: Effect) -> Iterator[str]:
+    """The same labels of an effect of the catalogue."""
     data = effect.model_dump(mode="json")
     if effect.kind == "base-compliance":
         yield from {f"{effect.kind} {_BASE[axis]}" for axis in data["axes"]}

@@ -92,13 +92,19 @@ def noisier(postures: int, rng: np.random.Generator) -> tuple[float, ...]:
     return tuple(np.exp(rng.uniform(*ends, postures)).tolist())
 
 
-def main() -> None:
-    """Write the folders of a draw with their truths."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.discovery_draw", description=__doc__)
+def of_draws(name: str, description: str | None, count: int) -> argparse.ArgumentParser:
+    """What every draw is asked: where it goes, its seed, how many tests, and how far off they are stated."""
+    parser = argparse.ArgumentParser(prog=f"python -m tests.benchmarks.{name}", description=description)
     parser.add_argument("out", type=Path)
     parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--count", type=int, default=60)
+    parser.add_argument("--count", type=int, default=count)
     parser.add_argument("--dirt", choices=sorted(DIRT))
+    return parser
+
+
+def main() -> None:
+    """Write the folders of a draw with their truths."""
+    parser = of_draws("discovery_draw", __doc__, 60)
     parser.add_argument("--three", action="store_true", help="three effects at once in every case")
     parser.add_argument("--outside", action="store_true", help="laws that the catalogue does not have")
     parser.add_argument("--unequal", action="store_true", help="each posture with a noise of its own")

@@ -11,7 +11,6 @@ noise-free FRFs move when it alone is taken away, nothing refitted.  NAME.heldou
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from tests.benchmarks.discovery import true_labels
-from tests.benchmarks.discovery_draw import DIRT
+from tests.benchmarks.discovery_draw import DIRT, of_draws
 from tests.generator.cases import hide
 from tests.generator.dirt import soil
 from tests.generator.effect import Effect
@@ -41,7 +40,7 @@ the strongest is.
 """
 _UNROUND = 0.1
 """By how much bearings differ from one direction to the other (ln)."""
-_UNSEEN = 2
+_FITTED, _UNSEEN = 2, 2
 
 
 def many(spec: TestSpec, rng: np.random.Generator) -> TestSpec:
@@ -80,7 +79,7 @@ def write(spec: TestSpec, folder: Path) -> None:
     told = json.loads(truth.read_text())
     models = [_linear(spec, q) for q in measured]
     decay = stated_decay(spec, models)
-    told["importance"] = importance(spec, measured[:2], decay)
+    told["importance"] = importance(spec, measured[:_FITTED], models[:_FITTED], decay)
     truth.write_text(json.dumps(told, indent=1) + "\n")
     frequencies = np.arange(spec.band_hz[0], spec.band_hz[1], 1 / spec.duration_s)
     s = decay + 2j * np.pi * frequencies
@@ -94,12 +93,14 @@ def write(spec: TestSpec, folder: Path) -> None:
     np.savez(folder.parent / f"{folder.name}.heldout.npz", **held)  # type: ignore[arg-type]
 
 
-def importance(spec: TestSpec, postures: Array, decay: float) -> dict[str, float]:
-    """Root mean square, in standard deviations of H1's noise, by which FRFs move without one effect each."""
+def importance(spec: TestSpec, postures: Array, models: Sequence[Linear], decay: float) -> dict[str, float]:
+    """Root mean square, in standard deviations of H1's noise, by which FRFs move without one effect each;
+    models: of the test at these postures.
+    """
     frequencies = np.arange(3.0, spec.band_hz[1], 1 / spec.duration_s)
     s = decay + 2j * np.pi * frequencies
     noise = _noise(spec, frequencies)[:, None, None]
-    whole = [_linear(spec, q).accelerance(s) for q in postures]
+    whole = [model.accelerance(s) for model in models]
 
     def moved(without: Effect) -> float:
         rest = replace(spec, effects=tuple(one for one in spec.effects if one is not without))
@@ -125,28 +126,17 @@ def _linear(spec: TestSpec, posture: Array) -> Linear:
     return linearise(make_plant(spec, posture), spec.hammer_points[0])
 
 
-def draw(out: Path, seed: int, count: int, dirt: str | None) -> Sequence[str]:
-    """So many arms in a folder; their names."""
-    rng, names = np.random.default_rng(seed), list[str]()
-    for number in range(count):
+def main() -> None:
+    """Draw."""
+    given = of_draws("hall_draw", __doc__, 20).parse_args()
+    rng = np.random.default_rng(given.seed)
+    for number in range(given.count):
         one = int(rng.integers(1, 10**6))
         make = list(MAKES)[number % len(MAKES)]
         spec = many(TestSpec(MAKES[make](one), seed=one, binary=True, linear=True), rng)
-        names.append(f"{number:02d}_{make}")
-        write(soil(spec, DIRT[dirt]) if dirt else spec, out / names[-1])
-        print(names[-1], flush=True)
-    return names
-
-
-def main() -> None:
-    """Draw."""
-    parser = argparse.ArgumentParser(prog="python -m tests.benchmarks.hall_draw", description=__doc__)
-    parser.add_argument("out", type=Path)
-    parser.add_argument("--seed", type=int, required=True)
-    parser.add_argument("--count", type=int, default=20)
-    parser.add_argument("--dirt", choices=sorted(DIRT))
-    given = parser.parse_args()
-    draw(given.out, given.seed, given.count, given.dirt)
+        folder = given.out / f"{number:02d}_{make}"
+        write(soil(spec, DIRT[given.dirt]) if given.dirt else spec, folder)
+        print(folder.name, flush=True)
 
 
 if __name__ == "__main__":

@@ -61,11 +61,10 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
     path, needed = [(found, _supports(found, inflated))], dict[str, float]()
     while gone := _gone(*path[-1], needed):
         present, support = path[-1]
-        less = _without(present, gone)
-        if len(gone) > 1 and _costs(present, less, inflated) > CONVINCING:
+        less, odds = _without(present, gone, inflated)
+        if len(gone) > 1 and odds > CONVINCING:
             gone = {min(gone, key=lambda name: support[name])}
-            less = _without(present, gone)
-        odds = _costs(present, less, inflated)
+            less, odds = _without(present, gone, inflated)
         if odds > CONVINCING:
             needed |= dict.fromkeys(gone, odds)
         else:
@@ -77,21 +76,18 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
     return Pruned(found, support | {name: odds for name, odds in needed.items() if name in support}, inflated)
 
 
-def _without(found: Found, gone: Set[str]) -> Found:
-    return refitted(found, [unit for unit in found.unknowns.units if unit.name not in gone])
+def _without(found: Found, gone: Set[str], inflated: float) -> tuple[Found, float]:
+    """A fit refitted without some units, and the log odds of the fit with them over that, both at their ends:
+    the curvature at one of them does not show how far the FRFs are from linear in what went.
+    """
+    less = refitted(found, [unit for unit in found.unknowns.units if unit.name not in gone])
+    each = price(found.unknowns.count, inflated)
+    sizes = [fit.unknowns.counted(fit.x)[~fit.unknowns.nuisances].sum() for fit in (found, less)]
+    return less, float((less.unpriced - found.unpriced) / inflated - each * (sizes[0] - sizes[1]))
 
 
 def _supports(found: Found, inflated: float) -> dict[str, float]:
     return supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
-
-
-def _costs(found: Found, less: Found, inflated: float) -> float:
-    """Log odds of a fit over one with less, both at their ends: the curvature at one of them does not show
-    how far the FRFs are from linear in what went.
-    """
-    each = price(found.unknowns.count, inflated)
-    sizes = [fit.unknowns.counted(fit.x)[~fit.unknowns.nuisances].sum() for fit in (found, less)]
-    return float((less.unpriced - found.unpriced) / inflated - each * (sizes[0] - sizes[1]))
 
 
 def _gone(found: Found, support: Mapping[str, float], needed: Mapping[str, float]) -> set[str]:

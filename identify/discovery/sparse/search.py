@@ -92,7 +92,7 @@ def explain(
         fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
         if not (closed and _open(fits)):
             fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
-            best = [form for one in _best(fits, unseen) for form in (one, *_by_parts(one, story))]
+            best = [form for one in _best(fits, unseen) for form in (one, *_also_by_parts(one, story))]
             story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
             told += [_aligned(one, story, unseen) for one in best]
         likeliest = _likeliest(told, unseen)
@@ -410,7 +410,7 @@ def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     return min([more, afresh(more)], key=_objective)
 
 
-def _by_parts(found: Found, story: Story) -> Iterator[Found]:
+def _also_by_parts(found: Found, story: Story) -> Iterator[Found]:
     """The fit with links by parts where one bends beside other units, which may compensate for its form."""
     seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
     if len(seen) > len(bent_links(found)) and not story.late:

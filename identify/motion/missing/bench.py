@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from identify.core.arrays import Array
 from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import StageSettings
@@ -156,8 +155,8 @@ class MissingBench(MotionWorkbench):
         """Each fitted beside the model's effects in a few steps, from where it promises to be; the best ones
         to their end, and once more without places of which nothing is left.
         """
-        promises = {p.effect.name: p for p in self._promised[id(model)][1]}
-        promised = [promises[trial.effect.name] for trial in promising]
+        named = {p.effect.name: p for p in self._promised[id(model)][1]}
+        promised = [named[trial.effect.name] for trial in promising]
         found = list[tuple[Promise, FittedMotion]]()
         for promise in promised:
             if any(promise.same(other) for other, _ in found):
@@ -165,9 +164,11 @@ class MissingBench(MotionWorkbench):
             self._starts |= promise.starts
             self._known[promise.effect.name] = promise.kind, promise.places
             effects = (*model.added, promise.effect)
-            known = self._fitted.get(self._key(effects))
-            begun = with_numbers(self._problem(effects, model), {}, promise.starts)
-            found.append((promise, known or self._fit(begun, effects, [_BRIEF])))
+            after = self._fitted.get(self._key(effects))
+            if after is None:
+                begun = with_numbers(self._problem(effects, model), {}, promise.starts)
+                after = self._fit(begun, effects, [_BRIEF])
+            found.append((promise, after))
         found.sort(key=lambda pair: pair[1].fit.cost)
         falls = [np.log(model.fit.cost / after.fit.cost) for _, after in found]
         close = sum(fall >= _CLOSE * falls[0] for fall in falls[:_ENDED])
@@ -255,16 +256,10 @@ class MissingBench(MotionWorkbench):
         if free_parameters(fine):
             if fine.step_s == problem.step_s:
                 return replace(found, problem=fine)
-            near = with_numbers(found.problem, {}, _told(problem, found.fit.values))
-            fine = with_numbers(fine, {}, _told(problem, self._fit(near, (), [_LAST]).fit.values))
+            near = with_numbers(found.problem, {}, problem.by_name(found.fit.values))
+            fine = with_numbers(fine, {}, problem.by_name(self._fit(near, (), [_LAST]).fit.values))
         last = self._fit(fine, (), [_LAST])
         return replace(found, problem=fine, fit=last.fit, objective=last.fitted)
-
-
-def _told(problem: MotionProblem, values: Array) -> dict[str, float]:
-    """Parameter values (parameters,) by name."""
-    names = [parameter.name for parameter in problem.parameters]
-    return dict(zip(names, map(float, values), strict=True))
 
 
 def _unfitted(problem: MotionProblem, effects: tuple[MotionCandidate, ...]) -> FittedMotion:

@@ -17,7 +17,7 @@ from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.lean import own_of
 from identify.motion.missing.linear import Place, solutions
-from identify.motion.missing.screen import Promise, promise, sight_of
+from identify.motion.missing.screen import Promise, distinct, promise, sight_of
 from identify.motion.missing.springs import SpringKind
 from identify.motion.study import MotionCandidate
 
@@ -45,6 +45,4 @@ def instead(
     worth = without.log_odds(float(with_it.residual @ with_it.residual), unknowns, len(at))
     others = [one for one in places if one.kind.name != kind.name or one.number not in at]
     found = [promise(one.places, one.log_odds, one.starts()) for one in solutions(others, without)]
-    found.sort(key=lambda one: -one.log_odds)
-    distinct = [one for n, one in enumerate(found) if not any(one.within(other) for other in found[:n])]
-    return [Promise(kind, tuple(at), effect, worth, {}), *distinct]
+    return [Promise(kind, tuple(at), effect, worth, {}), *distinct(found)]

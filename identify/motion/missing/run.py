@@ -82,9 +82,8 @@ def _result(found: MotionFit, folder: Path) -> MotionResult:
 
 def _first(found: MotionFit) -> MotionProblem:
     assert found.first is not None
-    problem, values = found.first.problem, found.first.fit.values
-    names = [parameter.name for parameter in problem.parameters]
-    return with_numbers(problem, {}, dict(zip(names, map(float, values), strict=True)))
+    problem = found.first.problem
+    return with_numbers(problem, {}, problem.by_name(found.first.fit.values))
 
 
 def _verdict(found: MotionFit) -> list[str]:

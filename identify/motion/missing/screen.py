@@ -97,8 +97,13 @@ def promises(model: FittedMotion, looks: Sequence[tuple[Lanes, list[Place]]] | N
         found += [
             promise(one.places, one.log_odds, one.starts()) for one in own if one.log_odds < PART * most
         ]
-    found.sort(key=lambda one: -one.log_odds)
-    return [one for n, one in enumerate(found) if not any(one.within(other) for other in found[:n])]
+    return distinct(found)
+
+
+def distinct(found: Sequence[Promise]) -> list[Promise]:
+    """The most promising first, without those that are part of one before."""
+    order = sorted(found, key=lambda one: -one.log_odds)
+    return [one for n, one in enumerate(order) if not any(one.within(other) for other in order[:n])]
 
 
 def _sight(model: FittedMotion, tried: int) -> Sight:

@@ -101,10 +101,11 @@ def rigid(problem: MotionProblem, values: Array) -> tuple[list[SpringKind], Moti
     """The classes that a problem does not have, and the problem that has all of them at their stiffest, each
     spring beside a damper by which it lags by one step.
     """
-    told = dict(zip([p.name for p in problem.parameters], map(float, values), strict=True))
-    groups = _groups(problem, values)
+    told, groups = problem.by_name(values), _groups(problem, values)
     effects = [_usual(coordinate) for _, own, _ in groups for coordinate in own]
-    softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
+    softer = with_effects(
+        problem, [e for n, e in enumerate(effects) if e not in effects[:n]], problem.by_name(values)
+    )
     usual = {parameter.name: parameter.initial for parameter in softer.springs}
     kinds = [
         SpringKind(
