@@ -173,7 +173,7 @@ def _not_settled(found: Discovery) -> Iterator[str]:
         f"This model is predictive{unseen}; its physics is not settled: what is left is {final.gap:.1f} times"
         " noise and not random, so that log odds are no probabilities, and intervals are too narrow."
     )
-    starts = {p.name: p.initial for p in found.problem.parameters if p.name.endswith(".rz.stiffness")}
+    starts = {name: k for name, k in found.problem.starts.items() if name.endswith(".rz.stiffness")}
     far = [n for n, k in starts.items() if not 1 / _FAR < final.values.get(n, k) / k < _FAR]
     if far:
         many = "stiffnesses" if len(far) > 1 else "stiffness"

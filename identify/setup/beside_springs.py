@@ -249,7 +249,7 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
     if len(known.problem.file.study.effects) > len(problem.file.study.effects):
         return soft
     # Where no spring gives way, usual ones are far from the best.
-    rigid = scored(problem, problem.at(known.by_name), steps, slopes=())
+    rigid = scored(problem, problem.at(problem.starts | known.by_name), steps, slopes=())
     return min(soft, rigid, key=lambda one: one.cost)
 
 

@@ -86,13 +86,12 @@ class Problem:
 
     def __reduce__(self) -> tuple[Callable[..., Problem], tuple[Any, ...]]:
         """What it was made of: in another process the models are assembled anew."""
-        values = {p.name: p.initial for p in self.parameters}
         return assembled, (
             self.file,
             self.robot,
             self.points,
             [m.given for m in self.measurements],
-            values,
+            self.starts,
             self.reference,
             None,
             self.nuisances,
@@ -102,6 +101,11 @@ class Problem:
     def initial(self) -> Array:
         """Where the search starts, (parameters,)."""
         return np.array([p.initial for p in self.parameters])
+
+    @property
+    def starts(self) -> dict[str, float]:
+        """The same by name."""
+        return {p.name: p.initial for p in self.parameters}
 
     @property
     def size(self) -> int:
@@ -282,13 +286,13 @@ def systems_with(problem: Problem, effects: Sequence[Effect]) -> list[System]:
 
 def with_uncertainty(problem: Problem, settings: UncertaintySettings) -> Problem:
     """The same robot, data and effects where so much of what was stated is uncertain."""
-    study, values = problem.file.study, {p.name: p.initial for p in problem.parameters}
+    study = problem.file.study
     file = problem.file.model_copy(update={"study": study.model_copy(update={"uncertainty": settings})})
     given = [m.given for m in problem.measurements]
     nuisances, given = _uncertain(settings, problem.robot, problem.points, given)
     robot, points, reference = problem.robot, problem.points, problem.reference
     built = _all_built(problem)
-    return assembled(file, robot, points, given, values, reference, built, nuisances)
+    return assembled(file, robot, points, given, problem.starts, reference, built, nuisances)
 
 
 def uncertain_as(problem: Problem, other: Problem) -> Problem:
@@ -301,9 +305,10 @@ def uncertain_as(problem: Problem, other: Problem) -> Problem:
 
 def with_given(problem: Problem, given: Sequence[Given]) -> Problem:
     """The same robot, effects and start values with other data of the same measurements."""
-    values = {p.name: p.initial for p in problem.parameters}
     built, rest = _all_built(problem), (problem.reference, problem.nuisances)
-    return assembled(problem.file, problem.robot, problem.points, given, values, rest[0], built, rest[1])
+    return assembled(
+        problem.file, problem.robot, problem.points, given, problem.starts, rest[0], built, rest[1]
+    )
 
 
 def _all_built(problem: Problem) -> Built:

@@ -106,8 +106,7 @@ def _thin(state: State) -> Problem:
     the present model have compensated for what is missing.
     """
     thin = without_amplitude(decimated(state.problem), state.effects, state.model.values)
-    told = {p.name: p.initial for p in state.problem.parameters}
-    return with_effects(thin, thin.file.study.effects, told)
+    return with_effects(thin, thin.file.study.effects, state.problem.starts)
 
 
 def _within(problem: Problem, effects: Sequence[Effect], values: dict[str, float]) -> dict[str, float]:

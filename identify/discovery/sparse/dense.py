@@ -32,7 +32,7 @@ def relaxations(problem: Problem) -> list[Effect]:
     """Of every drive that the study has a stiffness of; what relaxes is at most half as compliant as the
     drive was to begin with: more would be a drive of its own.
     """
-    starts = {p.name: p.initial for p in problem.parameters}
+    starts = problem.starts
     found = list[Effect]()
     for number in range(1, len(problem.robot.joints) + 1):
         stiffness = starts.get(f"joint{number}.rz.stiffness")
