@@ -119,9 +119,15 @@ def _at(unknowns: Unknowns, values: Mapping[str, float]) -> Array:
 
 
 def _settled(
-    study: Problem, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int, until: float
+    study: Problem,
+    effects: tuple[Effect, ...],
+    x: Array,
+    fit: Penalised,
+    steps: int,
+    until: float,
+    rival: float = np.inf,
 ) -> Found:
-    last = fit.minimise(Point(x), steps, until)
+    last = fit.minimise(Point(x), steps, until, rival)
     x, ended = last.x, last.settled
     squares, local = fit.squares(x), fit.local(x)
     gap, objective = float(np.sqrt(squares / fit.count)), fit.value(squares, x, local)
@@ -166,15 +172,17 @@ def settled(found: Found, steps: int = _MORE) -> Found:
     return _onwards(found, found.effects, found.x, Penalised(found.unknowns), steps)
 
 
-def afresh(found: Found) -> Found:
+def afresh(found: Found, rival: float = np.inf) -> Found:
     """The fit from bearings as it began, rigid links and no errors again, with all else as it was found: a
-    fit that compensated for something else than it has now is in a valley of its own.
+    fit that compensated for something else than it has now is in a valley of its own.  Not to its end where
+    it does not come near the objective of a rival.
     """
     unknowns = found.unknowns
-    again = unknowns.springs | unknowns.nuisances | unknowns.times
-    rigid = np.where(again, unknowns.reference, found.x)
+    reset = unknowns.springs | unknowns.nuisances | unknowns.times
+    rigid = np.where(reset, unknowns.reference, found.x)
     x = _led(unknowns, _usual(unknowns, rigid) if found.usual else rigid, found.until)
-    return _onwards(found, found.effects, x, Penalised(unknowns), STEPS)
+    again = _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until, rival)
+    return replace(again, usual=found.usual)
 
 
 def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:

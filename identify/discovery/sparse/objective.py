@@ -38,13 +38,15 @@ _INNER, _SPARSE = 4, 0.7
 @dataclass(frozen=True)
 class Point:
     """Where a fit is: x (f,) on the search scale, damping of the next step, steps taken; settled: no step
-    lowers it.
+    lowers it; the objective there and its fall in the last step.
     """
 
     x: Array
     damping: float = 1e-2
     steps: int = 0
     settled: bool = False
+    value: float = np.inf
+    fall: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -141,14 +143,17 @@ class Penalised:
             point = self.step(point, ~self.unknowns.nuisances)
         return point
 
-    def minimise(self, point: Point, steps: int, until: float = np.inf) -> Point:
+    def minimise(self, point: Point, steps: int, until: float = np.inf, rival: float = np.inf) -> Point:
         """So many steps at most: of all unknowns, and between those a few of what is present alone, which
-        cost far less where most is absent; few after `until`, s of the monotonic clock.
+        cost far less where most is absent; few after `until`, s of the monotonic clock; none once as large
+        ones as the last would not reach the objective of a rival.
         """
         while not point.settled and point.steps < steps:
             if point.steps >= _FEWEST and time.monotonic() > until:
                 break
             point = self.step(point)
+            if point.value - rival > (steps - point.steps) * point.fall:
+                break
             inner, last = point, min(point.steps + _INNER, steps)
             moving = self.unknowns.present(point.x)
             while not inner.settled and inner.steps < last and moving.mean() < _SPARSE:
@@ -177,7 +182,8 @@ class Penalised:
             if fall > 0:
                 foreseen = slope @ change - 0.5 * change @ curvature @ change
                 damping *= 0.2 if fall > 0.7 * foreseen else 3.0 if fall < 0.25 * foreseen else 1.0
-                return Point(there, max(damping, 1e-9), point.steps + 1, fall < _SETTLED * scale)
+                settled, steps = bool(fall < _SETTLED * scale), point.steps + 1
+                return Point(there, max(damping, 1e-9), steps, settled, here - fall, fall)
             damping *= 4
             if damping > _MOST_DAMPED:
                 break

@@ -38,7 +38,7 @@ from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
-from identify.discovery.sparse.trials import Trial, bent_links, by_parts, trials
+from identify.discovery.sparse.trials import Trial, bent_links, by_parts, soft_links, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
@@ -126,8 +126,7 @@ def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tup
     story.doing("fitting with bearings that may give way")
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
     fit = dense_fit(problem, bearings, usual=False, until=story.until)
-    several = sum(fit.unknowns.moved(one, fit.x, fit.product) > SEEN for one in fit.unknowns.units) > FEW
-    if story.late or not (several or _open([fit])):
+    if story.late or not (_several(fit) or _open([fit])):
         return fit, True
     fit = min(fit, dense_fit(problem, bearings, usual=True, until=story.until), key=_objective)
     if not _open([fit]):
@@ -141,14 +140,21 @@ def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: boo
     """The fit with what bearings do not stand for as long as something pays; once a link bends, with forms of
     links uncertain.
     """
+    others = list[Found]()
     for _ in range(_MOST_ENTERED):
-        before, fits = fit, _further(fit, story, 1, doubted=doubted)
-        [fit, *_] = fits
-        if fit is before or not _open(fits):
-            return fits
+        [more, *rest] = _further(fit, story, 1, doubted=doubted)
+        if more is fit:
+            break
+        fit, others = more, rest
         if fit.study is not bending and any(isinstance(one, LinkFlexibility) for one in fit.effects):
             fit = gone_on(replace(fit, study=bending), fit.effects, {}, STEPS)
-    return [fit]
+    return [fit, *others]
+
+
+def _several(found: Found) -> bool:
+    """Whether many give way a little."""
+    unknowns = found.unknowns
+    return sum(unknowns.moved(one, found.x, found.product) > SEEN for one in unknowns.units) > FEW
 
 
 def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
@@ -288,16 +294,18 @@ def _open(fits: Sequence[Found]) -> bool:
 def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
-    dictionary has, one by one; beside it what else closed the gap in the last round.
+    dictionary has, one by one; beside it what else closed the gap in the last round.  Where nothing is open,
+    many that give way may still stand for a link that bends.
     """
     each_costs, others, shares = price(found.unknowns.count), list[Found](), dict[str, float]()
     if found.gap < CLOSED and not believable(found.problem, found.values):
         found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
         believed = believable(found.problem, found.values)
-        if (found.gap < CLOSED and believed and not doubted) or story.late:
+        closed = found.gap < CLOSED and believed and not doubted
+        if story.late or (closed and not _several(found)):
             break
-        more = _one_further(found, story, each_costs, shares, believed=believed)
+        more = _one_further(found, story, each_costs, shares, believed=believed, closed=closed)
         if more is None:
             break
         found, others = more
@@ -305,25 +313,38 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
 
 
 def _one_further(
-    found: Found, story: Story, each_costs: float, shares: dict[str, float], *, believed: bool
+    found: Found,
+    story: Story,
+    each_costs: float,
+    shares: dict[str, float],
+    *,
+    believed: bool,
+    closed: bool,
 ) -> tuple[Found, list[Found]] | None:
     """The fit with the likeliest of what it lacks, and what else closes the gap; None where nothing pays;
-    believed: whether its errors are; shares: as `_tried` has them.
+    believed: whether its errors are; closed: whether links that bend are all that it may lack; shares: as
+    `_tried` has them.
     """
     story.doing("scoring what else may be missing")
-    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials(found)]
+    every = () if closed else trials(found)
+    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
     worth = _worth(found, likely, each_costs)
-    if not worth:
-        return None
-    story.doing(f"fitting the {len(worth)} likeliest of it")
+    story.doing(f"fitting the {len(worth)} likeliest of it, and links that bend")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
-    fitted = _tried(found, worth, stated, each_costs, shares, believed=believed)
+    fitted = [
+        *_tried(found, worth, stated, each_costs, shares, believed=believed),
+        *_softer(found, each_costs),
+    ]
+    if not fitted:
+        return None
     likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    if found.unpriced - best.unpriced < each_costs * max(best.unknowns.size - found.unknowns.size, PAYS):
+    price_of_it = each_costs * max(best.unknowns.size - found.unknowns.size, PAYS)
+    least = found.unknowns.count * MATERIAL if closed else 0.0
+    if found.unpriced - best.unpriced < price_of_it + least:
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
@@ -393,6 +414,13 @@ def _tried(
     return fitted
 
 
+def _softer(found: Found, each_costs: float) -> list[Found]:
+    """The fit with the likeliest link that bends as usual, if one lowers its costs in a few steps."""
+    seen = [gone_on(found, one.effects, one.values, _GLANCED) for one in soft_links(found)]
+    best = min(seen, key=lambda fit: _costs(fit, each_costs), default=found)
+    return [settled(best)] if _costs(best, each_costs) < _costs(found, each_costs) else []
+
+
 def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
@@ -407,7 +435,7 @@ def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
         more = _recognised(more)
     if believed or (more.gap < CLOSED and believable(more.problem, more.values)):
         return more
-    return min([more, afresh(more)], key=_objective)
+    return min([more, afresh(more, more.objective)], key=_objective)
 
 
 def _also_by_parts(found: Found, story: Story) -> Iterator[Found]:
