@@ -22,12 +22,22 @@ from identify.discovery.sparse.dense import bodies, instruments, of_all, with_mo
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import supports, weighed
 from identify.discovery.sparse.fit import Found, afresh, dense_fit, gone_on, refitted
-from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.prune import smallest_that_predicts
-from identify.discovery.sparse.search import _ended, _further, _likeliest, _others, explain, promising
+from identify.discovery.sparse.search import (
+    _ended,
+    _further,
+    _likeliest,
+    _others,
+    _softer,
+    explain,
+    promising,
+)
+from identify.discovery.sparse.trials import soft_links
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.all_springs import all_springs
 from identify.vibration.costs.target import FrfTarget
@@ -398,3 +408,27 @@ def test_a_fit_that_was_led_astray_comes_back_afresh(hammered: Hammered) -> None
         again = afresh(astray)
     assert Penalised(fit.unknowns).squares(astray.x) > 1e3 * Penalised(fit.unknowns).squares(fit.x)
     assert again.objective == pytest.approx(fit.objective, abs=2.0)
+
+
+def test_a_link_is_tried_as_usual_links_bend(hammered: Hammered) -> None:
+    with one_thread():
+        problem = hammered.of("link4_flex+tilt_j5+tilt_j4", 5)
+        bearings = [one for one in all_springs(problem, shrink=True) if not isinstance(one, LinkFlexibility)]
+        found = dense_fit(problem, tuple(bearings), usual=False)
+        trials = list(soft_links(found))
+        assert len(trials) == len(problem.robot.links) - 2  # neither the base nor the last
+        for trial in trials:
+            assert len(trial.values) == 3 and min(trial.values.values()) > 0
+        [bent] = _softer(found, 5.0)
+        assert bent.new(bent.effects) == [] and bent.gap < 0.6 * found.gap
+        assert [one.link for one in bent.effects if isinstance(one, LinkFlexibility)] == ["link4"]
+        assert not _softer(bent, 1e4)  # none pays that
+
+
+def test_a_fit_that_cannot_reach_its_rival_ends(hammered: Hammered) -> None:
+    with one_thread():
+        problem = hammered.of("tilt_j2", 4)
+        unknowns = Unknowns(with_more(problem, all_springs(problem, shrink=True)), 0)
+        fit, begin = Penalised(unknowns), unknowns.to_x(unknowns.problem.initial)
+        assert fit.minimise(Point(begin), 6, rival=-1e9).steps == 1
+        assert fit.minimise(Point(begin), 6).steps == 6
