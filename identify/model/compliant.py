@@ -369,3 +369,25 @@ def shortened(model: Response) -> Complex:
         return np.zeros((len(model.s), len(model.ends[0]), model.ends[1].shape[1]), dtype=complex)
     residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
     return -model.summed(residue, lambda some: model.late(some) * (model.s[:, None] - some))
+
+
+def along_s(model: Response) -> Complex:
+    """(lines, outputs, inputs): dH/ds, what another decay of the window would change; G' = -G (Z + 1/D)' G,
+    where 1/D = (1 + tau s) / c.
+    """
+    active, power, line = model.active, model.power, model.s[:, None, None]
+    mass, damping, _ = (matrix[np.ix_(active, active)] for matrix in model.matrices)
+    moved, transfer = model.moved[:, active], model.transfer[..., active]
+    turned = real_product(damping, moved) + 2 * line * real_product(mass, moved)
+    springs = active[active < len(model.compliance)]  # come first
+    damped = model.retardation[springs] / model.compliance[springs]
+    turned[:, : len(springs)] += damped[:, None] * moved[:, : len(springs)]
+    slope = -(line**power) * (transfer @ turned)
+    slope += power * line ** (power - 1) * (model.ends[0] @ model.moved)
+    if not model.poles:
+        return np.asarray(slope)
+    residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
+    ended = model.record or 0.0
+    return slope + model.summed(
+        residue, lambda some: model.late(some) * (ended + 1 / (model.s[:, None] - some))
+    )
