@@ -27,12 +27,12 @@ from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from tests.generator import hidden_motion
+from tests.motion import drawn_arm
 
 
 def drawn(folder: Path, kind: str = "", **told: object) -> MotionProblem:
     """An arm of two links of which the study says some keys of friction otherwise."""
-    rng = np.random.default_rng(4)
-    hidden_motion.write(hidden_motion.drawn(rng, kind, False), folder, rng)
+    drawn_arm.write(folder, kind)
     data = json.loads((folder / "motion.yaml").read_text())
     data["friction"] |= told
     (folder / "motion.yaml").write_text(json.dumps(data))
