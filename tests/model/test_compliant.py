@@ -133,3 +133,15 @@ def test_what_another_decay_of_the_window_changes(power: int, record: float | No
 
     model = respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS), S, OUT, FORCE, power, record)
     assert near(along_s(model), central(lambda e: at(S + e), 1e-4), 1e-6)
+
+
+def test_slopes_beside_hysteresis() -> None:
+    """A stiffness that is complex."""
+
+    def at(change: float) -> Complex:
+        values = VALUES + change * np.eye(10)[1]
+        return respond(SPRINGS, values, (MASS, DAMPING, STIFFNESS * (1 + 0.1j)), S, OUT, FORCE, 1, None).h()
+
+    model = respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS * (1 + 0.1j)), S, OUT, FORCE, 1, None)
+    found = gradient(model, by_springs(model)[0], SPRINGS.owner, 5)[..., 1]
+    assert near(found, central(at, 1e-4 * SOFT[1]), 1e-5)
