@@ -68,10 +68,11 @@ class FrictionDamper:
         """N m s/rad at velocities (lanes, joints), rad/s."""
         if self._last is not None:
             pushed = (self.inertia + self.step_s * self._last) * velocity
-            free = np.maximum(np.abs(pushed) - self.step_s * self._dry(velocity), 0.0)
-            velocity = np.sign(pushed) * free / self._slipping
+            size = np.abs(pushed)
+            speed = np.maximum(size - self.step_s * self._dry(velocity), 0.0) / self._slipping
             if self.smoothing == "tanh":
-                velocity = self._creeping(np.abs(pushed), np.abs(velocity)) * np.sign(pushed)
+                speed = self._creeping(size, speed)
+            velocity = np.copysign(speed, pushed)
         self._last = np.asarray(self._dry(velocity) / self._over_sign(velocity) + self._viscous)
         return self._last
 
