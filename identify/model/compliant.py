@@ -381,15 +381,14 @@ def shortened(model: Response) -> Complex:
 
 def along_s(model: Response) -> Complex:
     """(lines, outputs, inputs): dH/ds, what another decay of the window would change; G' = -G (Z + 1/D)' G,
-    where 1/D = (1 + tau s) / c.
+    where 1/D = (1 + tau s) / c, in coordinates scaled by the root of c.
     """
     active, power, line = model.active, model.power, model.s[:, None, None]
-    mass, damping, _ = (matrix[np.ix_(active, active)] for matrix in model.matrices)
-    moved, transfer = model.moved[:, active], model.transfer[..., active]
-    turned = real_product(damping, moved) + 2 * line * real_product(mass, moved)
-    springs = active[active < len(model.compliance)]  # come first
-    damped = model.retardation[springs] / model.compliance[springs]
-    turned[:, : len(springs)] += damped[:, None] * moved[:, : len(springs)]
+    root, size = model.root[active], len(model.compliance)
+    loss = np.append(model.retardation, np.zeros(len(model.root) - size))[active]
+    mass, damping = (root[:, None] * one[np.ix_(active, active)] * root for one in model.matrices[:2])
+    moved, transfer = model.moved[:, active] / root[:, None], model.transfer[..., active] / root
+    turned = real_product(damping + np.diag(loss), moved) + 2 * line * real_product(mass, moved)
     slope = -(line**power) * (transfer @ turned)
     slope += power * line ** (power - 1) * (model.ends[0] @ model.moved)
     if not model.poles:
