@@ -31,7 +31,7 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 _LONG = (
     *("test_every_command.py", "test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py"),
-    "test_house.py",
+    *("test_house.py", "test_mistakes.py"),
 )
 
 

@@ -65,7 +65,7 @@ def test_the_form_of_a_chain_of_segments_is_fitted_along(tmp_path: Path) -> None
     config = write_config("link2_flex_101", tmp_path, extra="starts: 1")
     seen = ", ".join(f'"{node}:+{axis}"' for node in (5, 6, 9, 14) for axis in "XYZ")
     text = config.read_text().replace("use:", f"outputs: [{seen}], use:")
-    config.write_text(text.replace("band_hz: [3, 80]", "band_hz: [3, 60]"))
+    config.write_text(text.replace("band_hz: [3, 80]", "band_hz: [3, 45]"))
     result, written = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1, as_stated=True)
     assert result.added.sentence == ("flexibility of link2 (bending, torsion, nonuniform)",)
     assert result.after.gap < 1.06

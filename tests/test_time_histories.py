@@ -11,7 +11,6 @@ import pytest
 from scipy.signal import lsim
 
 from identify.measured.uff.write import write_uff58
-from identify.vibration.check import run_checks
 from identify.vibration.run import run_fit
 from tests.model.effects.pendulum import PENDULUM
 from tests.programs import ran
@@ -91,7 +90,6 @@ def test_checks_fail_with_exit_code_3_on_a_dead_channel(tmp_path: Path) -> None:
     data = _frf_set()
     data.frf[:, 4, 0] = 0.0
     write_uff58(tmp_path / "frf.uff", data)
-    assert any(finding.level == "fail" for finding in run_checks(tmp_path / "config.yaml").findings["frf"])
     done = ran("check", "config.yaml", cwd=tmp_path)
     assert done.returncode == 3
-    assert "2:+Y" in done.stdout
+    assert "frf: fail Output 2:+Y is zero" in done.stdout

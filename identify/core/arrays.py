@@ -30,7 +30,9 @@ def cross(one: Array, other: Array) -> Array:
 
 def cross_matrix(vector: Array) -> Array:
     """(..., 3, 3) of vectors (..., 3): `cross_matrix(a) @ b` is a x b."""
-    return np.asarray(np.cross(vector[..., None, :], np.eye(3), axisb=-1).swapaxes(-1, -2))
+    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
+    none = np.zeros_like(x)
+    return np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1).reshape(*vector.shape, 3)
 
 
 def real_product(factor: Array, values: Complex) -> Complex:

@@ -82,16 +82,22 @@ class Response:
         own = self.power if power is None else power
         return np.asarray(eigenvalues**own * np.exp(-away * (self.record or 0.0)) / away)
 
-    def summed(self, parts: Complex, lines: Callable[[Complex], Complex]) -> Complex:
-        """Sum over poles, conjugate ones too, of parts (poles, ...) times what `lines` makes of
-        eigenvalues, (lines, poles): real products, because a x + b conj(x) = (a + b) Re x + j (a - b) Im
-        x.
+    def steep(self, eigenvalues: Complex) -> Complex:
+        """(lines, poles): `late` over s - lambda."""
+        return np.asarray(self.late(eigenvalues) / (self.s[:, None] - eigenvalues))
+
+    def summed(self, *terms: tuple[Complex, Callable[[Complex], Complex]]) -> Complex:
+        """Sum over poles, conjugate ones too, of parts (poles, ...) times what a function makes of
+        eigenvalues, (lines, poles), for each pair of these: one real product, because a x + b conj(x) =
+        (a + b) Re x + j (a - b) Im x.
         """
-        here, there = lines(self.eigenvalues), lines(np.conj(self.eigenvalues))
-        there = there * (self.eigenvalues.imag > 0)
-        flat = parts.reshape(len(parts), -1)
-        real = product_by_real(here + there, flat.real) + 1j * product_by_real(here - there, flat.imag)
-        return np.asarray(real.reshape(len(self.s), *parts.shape[1:]))
+        upper = self.eigenvalues.imag > 0
+        sides = [(of(self.eigenvalues), of(np.conj(self.eigenvalues)) * upper) for _, of in terms]
+        factors = [side for a, b in sides for side in (a + b, 1j * (a - b))]
+        flat = [part for parts, _ in terms for part in (parts.real, parts.imag)]
+        rows = np.concatenate([one.reshape(len(one), -1) for one in flat])
+        found = product_by_real(np.concatenate(factors, axis=1), rows)
+        return np.asarray(found.reshape(len(self.s), *terms[0][0].shape[1:]))
 
     def motion(self, power: int) -> Complex:
         """(lines, n, inputs): s^power times the transform of the coordinates q, of the record as it ends."""
@@ -102,7 +108,7 @@ class Response:
         moved = (self.s**power)[:, None, None] * self.moved
         if self.poles:
             residue = _stack([np.outer(pole.shape, pole.driven) / pole.norm for pole in self.poles])
-            tail = self.summed(residue, lambda values: self.late(values, power))
+            tail = self.summed((residue, lambda values: self.late(values, power)))
             moved[:, self.active] -= tail * self.root[self.active][:, None]
         return np.asarray(moved)
 
@@ -254,10 +260,12 @@ def by_springs(model: Response) -> tuple[Slopes, Slopes]:
     """Of every column of the springs, by compliance and by retardation time."""
     count, active = len(model.compliance), model.active
     mass, damping, stiffness = (matrix[:count][:, active] for matrix in model.matrices)
-    line = model.s[:, None, None]
-    z = stiffness + line * damping + line**2 * mass
-    right = model.ends[1][:count] - z @ model.moved[:, active]
-    left = model.ends[0][:, :count] - model.transfer[:, :, active] @ np.swapaxes(z, 1, 2)
+    moved, seen = model.moved[:, active], np.swapaxes(model.transfer[:, :, active], 1, 2)
+    line, both = model.s[:, None, None], np.concatenate([moved, seen], axis=2)
+    held = stiffness @ both + line * real_product(damping, both)  # hysteresis makes it complex
+    held += line**2 * real_product(mass, both)
+    right = model.ends[1][:count] - held[..., : moved.shape[2]]
+    left = model.ends[0][:, :count] - np.swapaxes(held[..., moved.shape[2] :], 1, 2)
     scale = model.root[active]
     lefts: tuple[list[Complex], list[Complex]] = ([], [])
     rights: tuple[list[Complex], list[Complex]] = ([], [])
@@ -346,8 +354,7 @@ def _tail_of_matrices(model: Response, changes: dict[int, Array], count: int) ->
         )
     values, steep = model.eigenvalues, _stack(double)
     outlast = (model.power / values + (model.record or 0.0))[:, None, None, None]
-    tail = model.summed(outlast * steep + _stack(single), model.late)
-    return tail + model.summed(steep, lambda some: model.late(some) / (model.s[:, None] - some))
+    return model.summed((outlast * steep + _stack(single), model.late), (steep, model.steep))
 
 
 def _tail(model: Response, slopes: Slopes) -> Complex:
@@ -359,8 +366,9 @@ def _tail(model: Response, slopes: Slopes) -> Complex:
     value, change = (slopes.at_poles[..., n][:, None, None] for n in (0, 1))
     outlast = (model.power / values + (model.record or 0.0))[:, None, None, None]
     steep = value * double
-    tail = model.summed(outlast * steep + change * double + value * single, model.late)
-    return tail + model.summed(steep, lambda some: model.late(some) / (model.s[:, None] - some))
+    return model.summed(
+        (outlast * steep + change * double + value * single, model.late), (steep, model.steep)
+    )
 
 
 def shortened(model: Response) -> Complex:
@@ -368,4 +376,23 @@ def shortened(model: Response) -> Complex:
     if not model.poles:
         return np.zeros((len(model.s), len(model.ends[0]), model.ends[1].shape[1]), dtype=complex)
     residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
-    return -model.summed(residue, lambda some: model.late(some) * (model.s[:, None] - some))
+    return -model.summed((residue, lambda some: model.late(some) * (model.s[:, None] - some)))
+
+
+def along_s(model: Response) -> Complex:
+    """(lines, outputs, inputs): dH/ds, what another decay of the window would change; G' = -G (Z + 1/D)' G,
+    where 1/D = (1 + tau s) / c, in coordinates scaled by the root of c.
+    """
+    active, power, line = model.active, model.power, model.s[:, None, None]
+    root, size = model.root[active], len(model.compliance)
+    loss = np.append(model.retardation, np.zeros(len(model.root) - size))[active]
+    mass, damping = (root[:, None] * one[np.ix_(active, active)] * root for one in model.matrices[:2])
+    moved, transfer = model.moved[:, active] / root[:, None], model.transfer[..., active] / root
+    turned = real_product(damping + np.diag(loss), moved) + 2 * line * real_product(mass, moved)
+    slope = -(line**power) * (transfer @ turned)
+    slope += power * line ** (power - 1) * (model.ends[0] @ model.moved)
+    if not model.poles:
+        return np.asarray(slope)
+    residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
+    ended = model.record or 0.0
+    return slope + model.summed((ended * residue, model.late), (residue, model.steep))

@@ -258,13 +258,17 @@ def _products(
     """(lines, outputs, inputs, p): sum of left (lines, outputs, c) times right (lines, c, inputs) over the
     columns c of each parameter.
     """
-    columns = [np.flatnonzero(owner == parameter) for parameter in parameters]
-    if all(len(own) == 1 for own in columns):
-        every = np.array(columns, dtype=int).reshape(-1)
-        return np.asarray(left[:, :, every][:, :, None] * np.swapaxes(right[:, every], 1, 2)[:, None])
+    order = np.argsort(owner, kind="stable")
+    first, last = (np.searchsorted(owner[order], parameters, side) for side in ("left", "right"))
+    single = last - first == 1
+    every = order[first[single]]
+    # A product of matrices is slow for one column.
+    found = left[:, :, every][:, :, None] * np.swapaxes(right[:, every], 1, 2)[:, None]
+    if single.all():
+        return np.asarray(found)
     result = np.empty((*left.shape[:2], right.shape[2], len(parameters)), dtype=complex)
-    for number, own in enumerate(columns):
-        a, b = left[:, :, own], right[:, own, :]
-        # A product of matrices is slow for one column.
-        result[..., number] = a * b if len(own) == 1 else a @ b
+    result[..., single] = found
+    for number in np.flatnonzero(~single):
+        own = order[first[number] : last[number]]
+        result[..., number] = left[:, :, own] @ right[:, own]
     return result

@@ -13,7 +13,9 @@ from identify.model.laws.friction import EXPONENTIAL, Smoothing, smooth_sign, st
 from identify.motion.numbers import Number, quantity
 
 _ITERATIONS = 8
-"""Of Newton's method for the velocity at which a drive creeps."""
+"""Of Newton's method for the velocity at which a drive creeps, at most."""
+_ROUNDING = 4 * float(np.finfo(float).eps)
+"""Of its last step: most drives slip, and their velocity is known before the first."""
 
 
 class FrictionSettings(Settings):
@@ -66,10 +68,11 @@ class FrictionDamper:
         """N m s/rad at velocities (lanes, joints), rad/s."""
         if self._last is not None:
             pushed = (self.inertia + self.step_s * self._last) * velocity
-            free = np.maximum(np.abs(pushed) - self.step_s * self._dry(velocity), 0.0)
-            velocity = np.sign(pushed) * free / self._slipping
+            size = np.abs(pushed)
+            speed = np.maximum(size - self.step_s * self._dry(velocity), 0.0) / self._slipping
             if self.smoothing == "tanh":
-                velocity = self._creeping(np.abs(pushed), np.abs(velocity)) * np.sign(pushed)
+                speed = self._creeping(size, speed)
+            velocity = np.copysign(speed, pushed)
         self._last = np.asarray(self._dry(velocity) / self._over_sign(velocity) + self._viscous)
         return self._last
 
@@ -80,12 +83,17 @@ class FrictionDamper:
         The step's equation rises with speed and bends down, so that Newton's method from below never passes
         its root: from where it slips, or from rest, whichever is faster.
         """
-        creep, dry, mass = self._creep, self._dry(slipping), self._slipping
-        speed = np.maximum(slipping, pushed / (mass + self.step_s * dry / creep))
+        creep, mass = self._creep, self._slipping
+        lost = self.step_s * self._dry(slipping)
+        steepest = lost / creep
+        speed = np.maximum(slipping, pushed / (mass + steepest))
         for _ in range(_ITERATIONS):
-            sign = smooth_sign(speed, creep, "tanh")
-            excess = mass * speed + self.step_s * dry * sign - pushed
-            speed = speed - excess / (mass + self.step_s * dry * (1 - sign**2) / creep)
+            sign = np.tanh(speed / creep)
+            change = (mass * speed + lost * sign - pushed) / (mass + steepest * (1 - sign * sign))
+            moves = np.abs(change) > _ROUNDING * speed  # each by itself: lanes know nothing of each other
+            if not moves.any():
+                break
+            speed = np.where(moves, speed - change, speed)
         return np.asarray(np.maximum(speed, 0.0))
 
     def _over_sign(self, velocity: Array) -> Array:

@@ -86,12 +86,12 @@ class Plant:
 
     def balance(self, position: Array) -> Array:
         """Forces (lanes, n) of the balancers at coordinates (lanes, n)."""
-        joint, coordinate = self.wound
-        forces, angle = np.zeros_like(position), position[:, self.arm.drive]
+        joint, coordinate = self.wound_by
+        forces, angle = np.zeros(position.shape), position[:, self.drive].copy()
         angle[:, joint] += position[:, coordinate]
         torque = self.numbers["balancer.sine"] * np.sin(angle)
         torque += self.numbers["balancer.cosine"] * np.cos(angle)
-        forces[:, self.arm.drive] = torque
+        forces[:, self.drive] = torque
         forces[:, coordinate] = torque[:, joint]
         return forces
 
@@ -309,7 +309,7 @@ def _step(plant: Plant, lanes: Lanes, state: Array, command: Array, damper: Fric
         damper.begin()
 
         def rubbing(velocity: Array) -> Array:
-            dampers = np.zeros_like(velocity)
+            dampers = np.zeros(velocity.shape)  # takes a tenth of the time of `zeros_like`
             dampers[:, drive] = damper(velocity[:, drive])
             return dampers
 

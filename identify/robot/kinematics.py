@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, cross
 from identify.robot.description import Robot
 from identify.robot.pose import turned
 
@@ -24,7 +24,7 @@ class Chain:
     def moved(self, links: Index, places: Array) -> Array:
         """(n, 3, joints): what a joint angle does to places (n, 3), in the base's frame, of links (n)."""
         away = places[:, None] - self.places[None]
-        motion = np.cross(self.axes[None], away)
+        motion = cross(self.axes[None], away)
         carried = links[:, None] > np.arange(len(self.axes))
         return np.asarray((motion * carried[..., None]).transpose(0, 2, 1))
 

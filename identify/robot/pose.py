@@ -33,12 +33,21 @@ def roll_pitch_yaw(of: Array) -> Array:
 
 def turned(vector: ArrayLike) -> Array:
     """(4, 4) that turns about the direction of `vector` (3,) by its length, rad (Rodrigues' formula)."""
-    x, y, z = np.asarray(vector, dtype=float)
-    angle = float(np.sqrt(x * x + y * y + z * z))
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    result = np.eye(4)
-    result[:3, :3] += np.sinc(angle / np.pi) * cross + np.sinc(angle / 2 / np.pi) ** 2 / 2 * cross @ cross
-    return result
+    x, y, z = np.asarray(vector, dtype=float).tolist()
+    square = x * x + y * y + z * z
+    angle = np.sqrt(square)
+    # sin(a) / a and (1 - cos(a)) / a^2, which is 2 sin(a / 2)^2 / a^2: that loses no digits.
+    along, across = (np.sin(angle) / angle, 2 * np.sin(angle / 2) ** 2 / square) if square else (1.0, 0.5)
+    u, v, w = along * x, along * y, along * z
+    xy, yz, zx = across * x * y, across * y * z, across * z * x
+    return np.array(
+        [
+            [1 - across * (y * y + z * z), xy - w, zx + v, 0.0],
+            [xy + w, 1 - across * (x * x + z * z), yz - u, 0.0],
+            [zx - v, yz + u, 1 - across * (x * x + y * y), 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+    )
 
 
 def inverse(of: Array) -> Array:

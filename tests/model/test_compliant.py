@@ -12,6 +12,7 @@ import pytest
 from identify.core.arrays import Array, Complex
 from identify.model.compliances import Compliances
 from identify.model.compliant import (
+    along_s,
     by_columns,
     by_matrices,
     by_springs,
@@ -122,3 +123,25 @@ def test_what_the_end_of_the_record_changes() -> None:
     model = respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS), S, OUT, FORCE, 2, RECORD)
     told = central(lambda e: h(VALUES, 2, RECORD - e), 1e-5)
     assert near(shortened(model), told, 1e-5)
+
+
+@pytest.mark.parametrize("record", ENDS)
+@pytest.mark.parametrize("power", [0, 1, 2])
+def test_what_another_decay_of_the_window_changes(power: int, record: float | None) -> None:
+    def at(s: Complex) -> Complex:
+        return respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS), s, OUT, FORCE, power, record).h()
+
+    model = respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS), S, OUT, FORCE, power, record)
+    assert near(along_s(model), central(lambda e: at(S + e), 1e-4), 1e-6)
+
+
+def test_slopes_beside_hysteresis() -> None:
+    """A stiffness that is complex."""
+
+    def at(change: float) -> Complex:
+        values = VALUES + change * np.eye(10)[1]
+        return respond(SPRINGS, values, (MASS, DAMPING, STIFFNESS * (1 + 0.1j)), S, OUT, FORCE, 1, None).h()
+
+    model = respond(SPRINGS, VALUES, (MASS, DAMPING, STIFFNESS * (1 + 0.1j)), S, OUT, FORCE, 1, None)
+    found = gradient(model, by_springs(model)[0], SPRINGS.owner, 5)[..., 1]
+    assert near(found, central(at, 1e-4 * SOFT[1]), 1e-5)

@@ -22,10 +22,10 @@ from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import MotionCandidate, Spring, read_motion_study
 from identify.robot.engine_motion import MovingArm
-from tests.generator import hidden_motion
 from tests.generator.kobe import BASE, first_link, plant
 from tests.generator.kobe_arm import kobe
 from tests.generator.kobe_circle import CirclePlant
+from tests.motion import drawn_arm
 from tests.motion.test_near_lanes import ROOT
 
 Array = NDArray[np.float64]
@@ -34,8 +34,7 @@ EI, GJ = 2e5, 1e5
 
 def elastic(folder: Path) -> MotionProblem:
     """An arm of two links, the first of which bends and twists."""
-    rng = np.random.default_rng(4)
-    hidden_motion.write(hidden_motion.drawn(rng, "", False), folder, rng)
+    drawn_arm.write(folder)
     problem = with_noise(load_motion(read_motion_study(folder / "motion.yaml")))[0]
     values = {"bending": {"initial": EI}, "torsion": {"initial": GJ}}
     return with_effects(problem, [LinkFlexibility.model_validate({"link": "link1", **values})], {})
@@ -128,8 +127,7 @@ def test_the_first_link_of_the_kobe_circle_is_what_the_generator_has() -> None:
 
 
 def test_a_flexible_link_is_in_the_catalogue_and_written(tmp_path: Path) -> None:
-    rng = np.random.default_rng(4)
-    hidden_motion.write(hidden_motion.drawn(rng, "", False), tmp_path, rng)
+    drawn_arm.write(tmp_path)
     problem = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
     [kind] = [one for one in rigid(problem, problem.initial)[0] if one.whole]
     assert kind.coordinates == ("link1.bending_1", "link1.bending_2", "link1.torsion")

@@ -22,13 +22,13 @@ from identify.motion.judging import FittedMotion, judging
 from identify.motion.missing import screen, springs
 from identify.motion.missing.bench import MissingBench
 from identify.motion.missing.catalogue import Kind, kinds
-from identify.motion.missing.lean import needed
 from identify.motion.missing.linear import effect_of
 from identify.motion.missing.long_steps import LongSteps, changed
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.run import run_motion_discover
 from identify.motion.missing.screen import promises
+from identify.motion.missing.worth import needed
 from identify.motion.numbers import JointNumber
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion

@@ -16,23 +16,23 @@ from identify.fitting.fit import Fit
 from identify.motion.changed import coarse, with_effects, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing import screen
-from identify.motion.missing.lean import worth
 from identify.motion.missing.linear import Place, Sight, solutions
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
 from identify.motion.missing.screen import promises
 from identify.motion.missing.springs import SpringKind, rigid
+from identify.motion.missing.worth import worth
 from identify.motion.numbers import JointNumber
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from tests.generator import hidden_motion
+from tests.motion import drawn_arm
 
 
 def drawn(folder: Path, kind: str = "", **told: object) -> MotionProblem:
     """An arm of two links of which the study says some keys of friction otherwise."""
-    rng = np.random.default_rng(4)
-    hidden_motion.write(hidden_motion.drawn(rng, kind, False), folder, rng)
+    drawn_arm.write(folder, kind)
     data = json.loads((folder / "motion.yaml").read_text())
     data["friction"] |= told
     (folder / "motion.yaml").write_text(json.dumps(data))

@@ -16,7 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, cross_matrix
 from identify.measured.registration.surface import Skin
 from identify.robot.description import Robot
 from identify.robot.kinematics import Chain, chain
@@ -199,7 +199,7 @@ def motion(links: Chain, places: Array, node: Index, link: Index) -> Array:
     the joint angles.
     """
     away = places[node] - places.mean(axis=0)
-    turn = np.cross(np.eye(3)[None], away[:, None]).transpose(0, 2, 1)
+    turn = -cross_matrix(away)
     shift = np.broadcast_to(np.eye(3), (len(node), 3, 3))
     return np.concatenate([shift, turn, -links.moved(link, places[node])], axis=2)
 

@@ -66,10 +66,10 @@ class Skin:
         away = places - self.centres[which] - height * normal
         above = np.einsum("nc,nc->n", away, normal)
         beside = away - above[:, None] * normal
-        aside = np.linalg.norm(beside, axis=1)
+        aside = np.sqrt(np.einsum("nc,nc->n", beside, beside))
         over = np.maximum(aside - _RADIUS * self.apart, 0.0)
         vector = above[:, None] * normal + beside * (over / np.maximum(aside, 1e-12))[:, None]
-        distance = np.linalg.norm(vector, axis=1)
+        distance = np.sqrt(np.einsum("nc,nc->n", vector, vector))
         straight = vector / np.maximum(distance, 1e-12)[:, None]
         out = over > 0
         signed = np.where(out, distance, above)

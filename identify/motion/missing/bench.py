@@ -19,11 +19,11 @@ from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.instead import instead
-from identify.motion.missing.lean import needed, worth
 from identify.motion.missing.linear import Place, effect_of
 from identify.motion.missing.long_steps import LongSteps, changed, foreseen
 from identify.motion.missing.screen import Lanes, Promise, look, promises
 from identify.motion.missing.springs import SpringKind
+from identify.motion.missing.worth import needed, worth
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate

@@ -13,8 +13,7 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.core.latest import LatestAt
 from identify.measured.frf_set import POWER, FrfSet
-from identify.model.compliant import Response, by_columns, by_matrices, by_springs, respond, shortened
-from identify.model.compliant import gradient as model_gradient
+from identify.model import compliant
 from identify.model.effects.measurement import Reading, Unread
 from identify.model.frf import frf, frf_slope, gradient_with
 from identify.model.impacted import impacted_frf
@@ -214,7 +213,7 @@ class FrfTarget:
         assert at is not None
         delay = at.delay
         s, power, matrices = there.s_at(own), POWER[self.data.quantity], there.system.matrices(own)
-        end: TruncationCorrection | Response | float | None = there.end_at(own)
+        end: TruncationCorrection | compliant.Response | float | None = there.end_at(own)
         if self.system.compliances is not None:
             end = there.response(own)
         if there.simulated is not None:
@@ -282,20 +281,20 @@ class FrfTarget:
             return h.reshape(*values.shape[:-1], *h.shape[1:])
         return frf(*self.system.matrices(values), s, self.out, self.force, power, self._ends(values))
 
-    def response(self, values: Array) -> Response:
+    def response(self, values: Array) -> compliant.Response:
         """The model's response at values (parameters,), whose springs are given by compliance."""
         return self._responses.of(values, lambda own: self._response(own, self.system.bare(own)))
 
     @cached_property
-    def _responses(self) -> LatestAt[Response]:
+    def _responses(self) -> LatestAt[compliant.Response]:
         """Slopes by parameters and by nuisances are asked for in turn at the same values."""
         return LatestAt()
 
-    def _response(self, values: Array, matrices: tuple[Array, Array, Array]) -> Response:
+    def _response(self, values: Array, matrices: tuple[Array, Array, Array]) -> compliant.Response:
         springs, s, record = self.system.compliances, self.s_at(values), self.end_at(values)
         assert springs is not None
         power = POWER[self.data.quantity]
-        return respond(springs, values, matrices, s, self.out, self.force, power, record)
+        return compliant.respond(springs, values, matrices, s, self.out, self.force, power, record)
 
     def _compliant_gradient(self, values: Array, free: NDArray[np.intp]) -> tuple[Complex, Complex]:
         """`gradient` of the model itself where springs are given by compliance."""
@@ -305,19 +304,19 @@ class FrfTarget:
         place[free] = np.arange(len(free))
         broad = free[np.bincount(factors.owner, minlength=len(values))[free] > _FEW_COLUMNS]
         columns = factors.columns(np.setdiff1d(free, broad))
-        slopes = by_columns(
+        slopes = compliant.by_columns(
             model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns]
         )
-        found = model_gradient(model, slopes, place[factors.owner[columns]], len(free))
+        found = compliant.gradient(model, slopes, place[factors.owner[columns]], len(free))
         if len(broad):
             roles = ("stiffness", "damping", "mass")
             changes = {power: self.system.terms[role][broad] for power, role in enumerate(roles)}
-            found[..., place[broad]] += by_matrices(model, changes)
-        of_springs = zip(by_springs(model), (springs.compliance, springs.retardation), strict=True)
+            found[..., place[broad]] += compliant.by_matrices(model, changes)
+        of_springs = zip(compliant.by_springs(model), (springs.compliance, springs.retardation), strict=True)
         for one, numbers in of_springs:
-            found += model_gradient(model, one, place[numbers][springs.owner], len(free))
+            found += compliant.gradient(model, one, place[numbers][springs.owner], len(free))
         if np.any(self._shortening[free]):
-            found += shortened(model)[..., None] * self._shortening[free]
+            found += compliant.shortened(model)[..., None] * self._shortening[free]
         return model.h(), found
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
@@ -463,6 +462,8 @@ class FrfTarget:
 
     def _slope(self, values: Array) -> Complex:
         """(lines, outputs, inputs): dH/ds."""
+        if self.simulated is None and self.system.compliances is not None:
+            return compliant.along_s(self.response(values))
         matrices, power = self.system.matrices(values), POWER[self.data.quantity]
         if self.simulated is None:
             return frf_slope(matrices, self.s_at(values), self.out, self.force, power, self.end_at(values))
