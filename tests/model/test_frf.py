@@ -96,7 +96,7 @@ def test_gradient_against_complex_steps(tmp_path: Path) -> None:
 
 
 def _complex_matrices(model, values):  # type: ignore[no-untyped-def]
-    k, c, m = (np.tensordot(values, model.terms[role], axes=1) for role in ("stiffness", "damping", "mass"))
+    k, c, m = (np.tensordot(values, model.terms[role][:], axes=1) for role in ("stiffness", "damping", "mass"))
     return model.mass + m, c, model.stiffness + k
 
 
