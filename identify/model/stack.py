@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse
@@ -17,10 +18,14 @@ from identify.core.arrays import Array, Index, Mask
 class Stack:
     """Matrices (count, n, n).
 
-    entries (n n, count): those of each as a column, sparse; size: n.
+    place (entries,): of each entry that is not zero, in its matrix row by row; owner (entries,): the number of
+    the matrix; value (entries,); size: n.
     """
 
-    entries: scipy.sparse.csr_array
+    place: Index
+    owner: Index
+    value: Array
+    count: int
     size: int
 
     @classmethod
@@ -31,30 +36,42 @@ class Stack:
         owner = np.repeat([number for number, _ in found], [len(one) for one in at]).astype(int)
         values = [flat[one] for (_, flat), one in zip(found, at, strict=True)]
         rows, data = (np.concatenate([np.zeros(0), *some]) for some in (at, values))
-        entries = scipy.sparse.csr_array((data, (rows.astype(int), owner)), shape=(size * size, count))
-        entries.sort_indices()  # so that what is symmetric is summed alike on both sides
-        return cls(entries, size)
+        return cls(rows.astype(int), owner, data, count, size)
 
     def __len__(self) -> int:
-        return int(self.entries.shape[1])
+        return self.count
+
+    @cached_property
+    def _columns(self) -> scipy.sparse.csr_array:
+        """(n n, count): each matrix as a column."""
+        shape = self.size**2, self.count
+        found = scipy.sparse.csr_array((self.value, (self.place, self.owner)), shape=shape)
+        found.sort_indices()  # so that what is symmetric is summed alike on both sides
+        return found
 
     def __getitem__(self, numbers: int | slice | Index | Mask) -> Array:
         """Some of the matrices (..., n, n), dense."""
-        chosen = np.arange(len(self))[numbers]
-        found = self.entries[:, chosen.ravel()].toarray().T
+        chosen = np.arange(self.count)[numbers]
+        found = self._columns[:, chosen.ravel()].toarray().T
         return np.asarray(found.reshape(*chosen.shape, self.size, self.size))
 
     def any(self) -> bool:
         """Whether there is an entry that is not zero."""
-        return bool(self.entries.nnz)
+        return len(self.value) > 0
 
     def weighted(self, values: Array) -> Array:
         """Sum over the matrices, each times its value: values (..., count), sum (..., n, n)."""
-        flat = values.reshape(-1, len(self))
-        found = (self.entries @ flat.T).T
-        return np.ascontiguousarray(found).reshape(*values.shape[:-1], self.size, self.size)
+        shape = *values.shape[:-1], self.size, self.size
+        if not self.any():
+            return np.zeros(shape)
+        found = self._columns @ values.reshape(-1, self.count).T
+        return np.ascontiguousarray(found.T).reshape(shape)
 
     def over(self, chosen: Index) -> Stack:
         """The same over some of the rows and columns."""
-        rows = chosen[:, None] * self.size + chosen
-        return Stack(self.entries[rows.ravel()], len(chosen))
+        place = np.full(self.size, -1)
+        place[chosen] = np.arange(len(chosen))
+        row, column = place[self.place // self.size], place[self.place % self.size]
+        kept = (row >= 0) & (column >= 0)
+        at = row[kept] * len(chosen) + column[kept]
+        return Stack(at, self.owner[kept], self.value[kept], self.count, len(chosen))

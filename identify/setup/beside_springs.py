@@ -39,8 +39,8 @@ _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 _PHYSICAL = ("payload",)
 """Kinds that stand for what an arm may have: hoses are bodies, too, and effects that `discover` names."""
 _CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 30, 12, 3
-"""Hypotheses about channels that are fitted for a step in a round, about the rest that are for a few, of both
-those that are for more, and of these those that are to all lines.
+"""Hypotheses about channels that are fitted for a step in a round, about the rest that are for two, of both
+those that are for a few, and of these those that are to all lines.
 """
 _GLANCED = 6
 """Lines of each measurement at a first look: every spring is free."""
@@ -52,7 +52,7 @@ _TOLD_APART = 1.02
 """Times the least cost up to which another mistake in place of the last one explains as much."""
 _LEVEL = (0.0,)
 """Scales of drives are the same for all: what is known of them says how they go along the arm."""
-_STEP = GaussNewton(evaluations=2)
+_STEP, _STEPS = GaussNewton(evaluations=2), GaussNewton(evaluations=3)
 _FEW = GaussNewton(evaluations=6, tolerance=1e-2)
 _MORE = GaussNewton(evaluations=20, tolerance=5e-3)
 
@@ -77,13 +77,18 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
     best, asked, rivals = first, 1, list[Candidate]()
+    others, left_out = list[Hypothesis](), list[Hypothesis]()
     while True:
-        hypotheses, every = _promising(best, own)
-        asked = max(asked, every)
-        alike = _next(best, hypotheses, asked)
+        channels = list(of_kinds(best, _CHANNELS))
+        if not others:
+            others, every = _others(best, own)
+            asked = max(asked, len(channels) + every)
+        looked = _looked(best, [*_by_squares(channels), *others])
+        alike = _next(best, looked, asked) or _next(best, _looked(best, left_out), asked)
         if not alike:
             break
         found, *rivals = alike
+        others, left_out = _parted(found, looked, [*others, *left_out])
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]
@@ -131,26 +136,42 @@ def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Facto
     return tuple(one for _, one, _ in tried), replace(best, score=tried[0][2])
 
 
-def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
-    """The most promising hypotheses on top of a candidate, by its fit with springs and by its own without;
-    and of how many.
+def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those about channels that explain most of what a fit with springs leaves."""
+    return sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
+
+
+def _parted(
+    found: Candidate, looked: Sequence[Candidate], others: Sequence[Hypothesis]
+) -> tuple[list[Hypothesis], list[Hypothesis]]:
+    """Of all else those that promised most, which are looked at again beside what was found, and those that
+    are only where these do not help; none where what was found is more than how a channel is read: then all
+    are other studies.
     """
-    channels = list(of_kinds(best, _CHANNELS))
+    if not found.hypotheses[-1].promise:
+        return [], []
+    most = [id(one.hypotheses[-1]) for one in looked]
+    return [h for h in others if id(h) in most], [h for h in others if id(h) not in most]
+
+
+def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
+    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs; and
+    of how many.
+    """
     rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
     others = list(of_kinds(replace(best, score=own), rest))
-    by_squares = sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
     last = [one for _, one in glances(replace(best, score=own), others)]
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
-    return [*by_squares, *some.values()], len(channels) + len(others)
+    return list(some.values()), len(others)
 
 
-def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> list[Candidate]:
+def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Candidate]:
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there; then what is as good.
     """
-    settled = sorted((_settled(base, one) for one in _tried(base, hypotheses)), key=_cost)
+    settled = sorted((_settled(base, one) for one in _kept(looked, base, _SETTLED)), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
     found = worth or [one for one in settled if _may_hide(base, one)]
     alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
@@ -171,22 +192,24 @@ def _levels(base: Candidate, one: Candidate) -> bool:
     return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most and _cost(one) <= _cost(base)
 
 
-def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Candidates with one more mistake, the most promising of a first look at few lines, and what leaves
     least of a common factor, if there is one.
     """
+    if not hypotheses:
+        return []
     stated = base.stated.glanced()
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
     seen = list[Candidate]()
     for hypothesis in hypotheses:
-        one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
+        one = _with(small, hypothesis, _STEP if hypothesis.promise else _STEPS)
         if one is not None:  # a model with every spring is large: all but a few are let go at once
             seen = _kept([*seen, one], base, _FURTHER)
-    return _kept([replace(one, score=_refitted(one.score)) for one in seen], base, _SETTLED)
+    return [replace(one, score=_refitted(one.score)) for one in seen]
 
 
 def _refitted(score: Score) -> Score:
-    return scored(score.problem, score.values, _MORE, slopes=())
+    return scored(score.problem, score.values, _FEW, slopes=())
 
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
@@ -245,7 +268,8 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
     if reread is not None:
         return scored(reread, known.values, steps, slopes=())
     model = with_springs(problem, known.by_name)
-    soft = scored(model, model.initial, steps, slopes=_LEVEL)
+    same = problem.robot is known.problem.robot  # whose springs are of about the right size
+    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL)
     if len(known.problem.file.study.effects) > len(problem.file.study.effects):
         return soft
     # Where no spring gives way, usual ones are far from the best.
