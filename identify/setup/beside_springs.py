@@ -77,18 +77,21 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
     best, asked, rivals = first, 1, list[Candidate]()
-    others, left_out = list[Hypothesis](), list[Hypothesis]()
+    few, alike = list[Hypothesis](), list[Candidate]()
     while True:
         channels = list(of_kinds(best, _CHANNELS))
-        if not others:
+        if few:
+            looked = _looked(best, [*_by_squares(channels), *few])
+            alike = _next(best, looked, asked)
+        if not alike:
             others, every = _others(best, own)
             asked = max(asked, len(channels) + every)
-        looked = _looked(best, [*_by_squares(channels), *others])
-        alike = _next(best, looked, asked) or _next(best, _looked(best, left_out), asked)
+            looked = _looked(best, [*_by_squares(channels), *others])
+            alike = _next(best, looked, asked)
         if not alike:
             break
         found, *rivals = alike
-        others, left_out = _parted(found, looked, [*others, *left_out])
+        few, alike = _again(found, looked), []
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]
@@ -141,17 +144,12 @@ def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
     return sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
 
 
-def _parted(
-    found: Candidate, looked: Sequence[Candidate], others: Sequence[Hypothesis]
-) -> tuple[list[Hypothesis], list[Hypothesis]]:
-    """Of all else those that promised most, which are looked at again beside what was found, and those that
-    are only where these do not help; none where what was found is more than how a channel is read: then all
-    are other studies.
+def _again(found: Candidate, looked: Sequence[Candidate]) -> list[Hypothesis]:
+    """What promised most of all but channels, where only how a channel is read was found: these are looked at
+    first beside it, and all else anew where they do not help.
     """
-    if not found.hypotheses[-1].promise:
-        return [], []
-    most = [id(one.hypotheses[-1]) for one in looked]
-    return [h for h in others if id(h) in most], [h for h in others if id(h) not in most]
+    last = [one.hypotheses[-1] for one in looked] if found.hypotheses[-1].promise else []
+    return [one for one in last if not one.promise]
 
 
 def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
