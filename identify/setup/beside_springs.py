@@ -38,9 +38,9 @@ _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 """Kinds about how single channels are read, which the soft model itself proposes."""
 _PHYSICAL = ("payload",)
 """Kinds that stand for what an arm may have: hoses are bodies, too, and effects that `discover` names."""
-_CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 30, 12, 3
-"""Hypotheses about channels that are fitted for a step in a round, about the rest that are for two, of both
-those that are for a few, and of these those that are to all lines.
+_CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 20, 12, 3
+"""Hypotheses about channels that are fitted for a step in a round, about the rest that are for a few, of both
+those that are for some more, and of these those that are to all lines.
 """
 _GLANCED = 6
 """Lines of each measurement at a first look: every spring is free."""
@@ -52,7 +52,7 @@ _TOLD_APART = 1.02
 """Times the least cost up to which another mistake in place of the last one explains as much."""
 _LEVEL = (0.0,)
 """Scales of drives are the same for all: what is known of them says how they go along the arm."""
-_STEP, _STEPS = GaussNewton(evaluations=2), GaussNewton(evaluations=3)
+_STEP = GaussNewton(evaluations=2)
 _FEW = GaussNewton(evaluations=6, tolerance=1e-2)
 _MORE = GaussNewton(evaluations=20, tolerance=5e-3)
 
@@ -158,11 +158,18 @@ def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
     """
     rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
     others = list(of_kinds(replace(best, score=own), rest))
-    last = [one for _, one in glances(replace(best, score=own), others)]
+    last = _each_way([one for _, one in glances(replace(best, score=own), others)])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
     return list(some.values()), len(others)
+
+
+def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses, best first; of those that hold a number, which is made better later, the best of each sign."""
+    ways = [(one.about, tuple(np.sign(one.numbers))) if one.moved else (id(one),) for one in seen]
+    first = {way: n for n, way in reversed(list(enumerate(ways)))}
+    return [seen[n] for n in sorted(first.values())]
 
 
 def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Candidate]:
@@ -200,7 +207,7 @@ def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
     seen = list[Candidate]()
     for hypothesis in hypotheses:
-        one = _with(small, hypothesis, _STEP if hypothesis.promise else _STEPS)
+        one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
         if one is not None:  # a model with every spring is large: all but a few are let go at once
             seen = _kept([*seen, one], base, _FURTHER)
     return [replace(one, score=_refitted(one.score)) for one in seen]
