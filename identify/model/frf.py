@@ -4,9 +4,9 @@
 
 p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the Hessenberg form of the state
 matrix, input by input, or for many inputs and for records that ended through its eigenvalues; the first is
-some ten to fifteen times faster than a solve per line, the second six.  It measures its own error, goes from
-the first to the second where it is too large, and from there, where the system is (nearly) defective, to a
-solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
+some ten to fifteen times faster than a solve per line, the second six; few lines are solved for.  It measures
+its own error, goes from the first to the second where it is too large, and from there, where the system is
+(nearly) defective, to a solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
 """
 
 from __future__ import annotations
@@ -24,6 +24,8 @@ _FEW_INPUTS, _FEW_LINES = 3, 24
 """Inputs, and lines times inputs for each coordinate, up to which recurrences for more than one input take
 less time than eigenvalues.
 """
+_SOLVED = 16
+"""Lines for each input up to which a solve per line takes less time than recurrences."""
 
 
 def frf(
@@ -43,6 +45,8 @@ def frf(
     (`identify.model.truncation`), or None.
     """
     size, inputs = force.shape
+    if record is None and s.shape[-1] <= _SOLVED * min(inputs, _FEW_INPUTS):
+        return frf_by_solve(mass, damping, stiffness, s, out, force, power)
     few = inputs <= _FEW_INPUTS and inputs * s.shape[-1] <= _FEW_LINES * size
     if record is None and (inputs == 1 or few):
         return _by_recurrence(mass, damping, stiffness, s, out, force, power)

@@ -13,15 +13,15 @@ from identify.measured.correction import Correction
 from identify.measured.quality_robot import possible
 from identify.setup import diagnosis, search
 from identify.setup.brakes import Brake
-from identify.setup.constants import near, nearest
+from identify.setup.constants import Factor, near, nearest
 from identify.setup.decide import Decision, needed
-from identify.setup.diagnosis import _apart, _put_right, look
+from identify.setup.diagnosis import Found, Looked, _apart, _Put, _put_right, _without_factor, look
 from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
-from identify.setup.search import Candidate, Searched, _again, _better, _round
+from identify.setup.search import Candidate, Searched, _again, _better, _bodies, _round
 from identify.setup.sentences import sentences
 from identify.setup.soft import springs_explain
 from identify.setup.stated import LINES, Stated
@@ -135,6 +135,42 @@ def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
     assert "kg mm2" in tried[0].hypotheses[-1].sentence
     assert possible(tried[0].stated.robot)
     assert _better(replace(plain, score=replace(plain.score, cost=1e-9)), tried) == tried
+
+
+def test_bodies_are_told_by_every_spring(tmp_path: Path) -> None:
+    """A study's own model may leave more than a wrong unit does; of bodies that are the same up to a common
+    factor the first needs none.
+    """
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+
+    def candidate(cost: float, soft: float, level: float) -> Candidate:
+        asked = {"softened": replace(score, cost=soft, level=level)}
+        return Candidate(told, replace(score, cost=cost, asked=asked))
+
+    wrong, in_grams, right = (
+        candidate(13.0, 6.0, 0.0),
+        candidate(13.2, 2.15, -6.9),
+        candidate(13.2, 2.16, 0.1),
+    )
+    assert _bodies([wrong, in_grams, right]) == [right, in_grams]
+    assert _bodies([]) == []
+
+
+def test_a_factor_that_an_own_model_has_is_dropped_beside_springs(tmp_path: Path) -> None:
+    """With the mistakes beside it, or alone; it may stand for a power of j omega."""
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+    sign = Hypothesis("joint-sign", "a sign", (Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1]),), "sign2")
+    factor = Factor(0.0068, "0.0068 times")
+    nothing = Found(Looked(9.0), score)
+    for hypotheses, codes in (((sign,), ("joint-sign",)), ((), None)):
+        edits = [edit for one in hypotheses for edit in one.edits]
+        decision = Decision(Candidate(told.changed(edits), score, hypotheses), (), factor, 9.0)
+        found = _without_factor(told, _Put(decision, (), score, 5.0), nothing)
+        named = found.looked.diagnosis
+        assert (named and named.codes) == codes
+        assert named is None or named.edits == sign.edits
 
 
 def test_mistakes_are_chosen_again_beside_the_others(tmp_path: Path) -> None:
