@@ -167,9 +167,8 @@ def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
 
 def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Hypotheses, best first; of those that hold a number, which is made better later, the best of each sign."""
-    ways = [(one.about, tuple(np.sign(one.numbers))) if one.moved else (id(one),) for one in seen]
-    first = {way: n for n, way in reversed(list(enumerate(ways)))}
-    return [seen[n] for n in sorted(first.values())]
+    ways = [id(one) if one.numbers is None else (one.about, np.sign(one.numbers).tobytes()) for one in seen]
+    return [one for n, one in enumerate(seen) if ways[n] not in ways[:n]]
 
 
 def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Candidate]:
