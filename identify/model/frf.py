@@ -6,7 +6,8 @@ p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the Hesse
 matrix, input by input, or for many inputs and for records that ended through its eigenvalues; the first is
 some ten to fifteen times faster than a solve per line, the second six; few lines are solved for.  It measures
 its own error, goes from the first to the second where it is too large, and from there, where the system is
-(nearly) defective, to a solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
+(nearly) defective, to a solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and
+inputs anyway.
 """
 
 from __future__ import annotations

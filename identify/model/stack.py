@@ -18,8 +18,8 @@ from identify.core.arrays import Array, Index, Mask
 class Stack:
     """Matrices (count, n, n).
 
-    place (entries,): of each entry that is not zero, in its matrix row by row; owner (entries,): the number of
-    the matrix; value (entries,); size: n.
+    place (entries,): of each entry that is not zero, in its matrix row by row; owner (entries,): the matrix's
+    number; value (entries,); size: n.
     """
 
     place: Index

@@ -8,7 +8,8 @@ spring; what is best becomes the base of another round.  Each must be worth its 
 `decide`.
 
 How channels are read leaves the model as it is, so that one step from its fit tells what a hypothesis
-promises; of another arm a few steps do, at fewer lines.
+promises; of another arm a few steps do, at fewer lines.  Where only how a channel is read was found, what
+promised most of all else is looked at first, and the rest where that does not help.
 """
 
 from __future__ import annotations
@@ -166,7 +167,7 @@ def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
 
 
 def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Hypotheses, best first; of those that hold a number, which is made better later, the best of each sign."""
+    """Hypotheses, best first; of those that hold a number, which is made better later, one of each sign."""
     ways = [id(one) if one.numbers is None else (one.about, np.sign(one.numbers).tobytes()) for one in seen]
     return [one for n, one in enumerate(seen) if ways[n] not in ways[:n]]
 
