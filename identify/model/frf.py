@@ -27,6 +27,8 @@ less time than eigenvalues.
 """
 _SOLVED = 16
 """Lines for each input up to which a solve per line takes less time than recurrences."""
+_AT_ONCE = 2_000_000
+"""Entries of all dynamic stiffnesses of a population that are solved for at once: 32 MB."""
 
 
 def frf(
@@ -47,11 +49,24 @@ def frf(
     """
     size, inputs = force.shape
     if record is None and s.shape[-1] <= _SOLVED * min(inputs, _FEW_INPUTS):
-        return frf_by_solve(mass, damping, stiffness, s, out, force, power)
+        return _by_solves(mass, damping, stiffness, s, out, force, power)
     few = inputs <= _FEW_INPUTS and inputs * s.shape[-1] <= _FEW_LINES * size
     if record is None and (inputs == 1 or few):
         return _by_recurrence(mass, damping, stiffness, s, out, force, power)
     return _by_modes(mass, damping, stiffness, s, out, force, power, record)
+
+
+def _by_solves(
+    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int
+) -> Complex:
+    """`frf_by_solve` of as many of a population at once as take little memory."""
+    before, size = mass.shape[:-2], mass.shape[-1]
+    matrices = [one.reshape(-1, size, size) for one in (mass, damping, stiffness)]
+    each = np.broadcast_to(s, (*before, s.shape[-1])).reshape(-1, s.shape[-1])
+    step = max(1, _AT_ONCE // (s.shape[-1] * size**2))
+    some = [slice(first, first + step) for first in range(0, max(len(each), 1), step)]
+    h = [frf_by_solve(*(one[part] for one in matrices), each[part], out, force, power) for part in some]
+    return np.concatenate(h).reshape(*before, *h[0].shape[1:])
 
 
 def _by_recurrence(

@@ -65,6 +65,9 @@ def test_few_lines_are_solved_for(
     found = frf(mass, damping, stiffness, *at)
     assert found == pytest.approx(by_recurrence, rel=1e-8, abs=1e-9 * np.abs(found).max())
     assert np.array_equal(found, frf_by_solve(mass, damping, stiffness, *at)) == solved
+    monkeypatch.setattr("identify.model.frf._AT_ONCE", 1)
+    assert np.array_equal(frf(mass, damping, stiffness, *at), found)
+    assert frf(mass[:0], damping[:0], stiffness[:0], *at).shape == (0, *found.shape[1:])
 
 
 def test_population_is_evaluated_as_its_members(tmp_path: Path) -> None:
