@@ -61,11 +61,11 @@ def _by_solves(
 ) -> Complex:
     """`frf_by_solve` of as many of a population at once as take little memory."""
     before, size = mass.shape[:-2], mass.shape[-1]
-    matrices = [one.reshape(-1, size, size) for one in (mass, damping, stiffness)]
+    m, c, k = (one.reshape(-1, size, size) for one in (mass, damping, stiffness))
     each = np.broadcast_to(s, (*before, s.shape[-1])).reshape(-1, s.shape[-1])
     step = max(1, _AT_ONCE // (s.shape[-1] * size**2))
-    some = [slice(first, first + step) for first in range(0, max(len(each), 1), step)]
-    h = [frf_by_solve(*(one[part] for one in matrices), each[part], out, force, power) for part in some]
+    some = [slice(first, first + step) for first in range(0, len(each), step)]
+    h = [frf_by_solve(m[one], c[one], k[one], each[one], out, force, power) for one in some]
     return np.concatenate(h).reshape(*before, *h[0].shape[1:])
 
 
