@@ -118,7 +118,8 @@ def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
             found = _without_factor(as_stated, found.put, Found(Looked(gap), first))
             plain, named = found.corrected, found.looked.diagnosis
         known = as_stated if named is None else as_stated.changed(named.edits)
-    more = _beside_springs(known, plain)
+    rough = plain.cost <= ROUGH and abs(plain.level) < SLIGHT  # then the set-up is right
+    more = None if rough else _beside_springs(known, plain)
     if more is None:
         return found
     told = more if named is None else _joined(named, more)

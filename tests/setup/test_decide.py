@@ -157,6 +157,25 @@ def test_bodies_are_told_by_every_spring(tmp_path: Path) -> None:
     assert _bodies([]) == []
 
 
+@pytest.mark.parametrize(("cost", "level", "asked"), [(0.9, 0.1, False), (1.1, 0.1, True), (0.9, 2.0, True)])
+def test_a_set_up_that_is_roughly_right_is_not_asked_beside_springs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cost: float, level: float, asked: bool
+) -> None:
+    """Whatever its noise makes of the gap."""
+    told = studies.of(tmp_path, studies.config())
+    score = replace(scored(told.problem()), cost=cost, level=level)
+    score.asked.update(softened=replace(score, cost=2.0, asked={}), within=Within(50.0, 1.0))
+    beside = list[Score]()
+    monkeypatch.setattr(
+        diagnosis, "searched", lambda told, score: Searched(Candidate(told, score), (), (), 1)
+    )
+    monkeypatch.setattr(diagnosis, "brake", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "beside_springs", lambda _, plain: beside.append(plain))
+    monkeypatch.setattr(diagnosis, "decided", lambda _: None)
+    assert diagnosis._wrong(told, score, 50.0).looked.diagnosis is None
+    assert beside == ([score] if asked else [])
+
+
 def test_a_factor_that_an_own_model_has_is_dropped_beside_springs(tmp_path: Path) -> None:
     """With the mistakes beside it, or alone; it may stand for a power of j omega."""
     told = studies.of(tmp_path, studies.config())
