@@ -4,9 +4,10 @@
 
 p = 0, 1, 2 for receptance, mobility, accelerance.  `frf` goes through the Hessenberg form of the state
 matrix, input by input, or for many inputs and for records that ended through its eigenvalues; the first is
-some ten to fifteen times faster than a solve per line, the second six.  It measures its own error, goes from
-the first to the second where it is too large, and from there, where the system is (nearly) defective, to a
-solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and inputs anyway.
+some ten to fifteen times faster than a solve per line, the second six; few lines are solved for.  It measures
+its own error, goes from the first to the second where it is too large, and from there, where the system is
+(nearly) defective, to a solve per line.  `frf_and_gradient` solves, because it needs Z^-1 at all outputs and
+inputs anyway.
 """
 
 from __future__ import annotations
@@ -24,6 +25,10 @@ _FEW_INPUTS, _FEW_LINES = 3, 24
 """Inputs, and lines times inputs for each coordinate, up to which recurrences for more than one input take
 less time than eigenvalues.
 """
+_SOLVED = 16
+"""Lines for each input up to which a solve per line takes less time than recurrences."""
+_AT_ONCE = 2_000_000
+"""Entries of all dynamic stiffnesses of a population that are solved for at once: 32 MB."""
 
 
 def frf(
@@ -43,10 +48,25 @@ def frf(
     (`identify.model.truncation`), or None.
     """
     size, inputs = force.shape
+    if record is None and s.shape[-1] <= _SOLVED * min(inputs, _FEW_INPUTS):
+        return _by_solves(mass, damping, stiffness, s, out, force, power)
     few = inputs <= _FEW_INPUTS and inputs * s.shape[-1] <= _FEW_LINES * size
     if record is None and (inputs == 1 or few):
         return _by_recurrence(mass, damping, stiffness, s, out, force, power)
     return _by_modes(mass, damping, stiffness, s, out, force, power, record)
+
+
+def _by_solves(
+    mass: Array, damping: Array, stiffness: Array, s: Complex, out: Array, force: Array, power: int
+) -> Complex:
+    """`frf_by_solve` of as many of a population at once as take little memory."""
+    before, size = mass.shape[:-2], mass.shape[-1]
+    m, c, k = (one.reshape(-1, size, size) for one in (mass, damping, stiffness))
+    each = np.broadcast_to(s, (*before, s.shape[-1])).reshape(-1, s.shape[-1])
+    step = max(1, _AT_ONCE // (s.shape[-1] * size**2))
+    some = [slice(first, first + step) for first in range(0, len(each), step)]
+    h = [frf_by_solve(m[one], c[one], k[one], each[one], out, force, power) for one in some]
+    return np.concatenate(h).reshape(*before, *h[0].shape[1:])
 
 
 def _by_recurrence(

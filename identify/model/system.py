@@ -23,6 +23,7 @@ from identify.model.compliances import Compliances
 from identify.model.effects.base import Effect, Term, Torque, check_matrix, check_terms, errors_of
 from identify.model.effects.site import Added, Site
 from identify.model.effects.torque_law import TorqueLaw
+from identify.model.stack import Stack
 from identify.robot.description import Robot
 from identify.robot.engine import Engine
 from identify.robot.points import Point
@@ -79,7 +80,7 @@ class System:
 
     parameters: those of all effects in their order; coordinates: names of the n free coordinates; free: their
     numbers among those of the site; mass, stiffness (n, n): the parts that no parameter changes; terms: per
-    role a (parameters, n, n) stack; factors: the same as thin columns; effects: each with the numbers of its
+    role a stack (parameters, n, n); factors: the same as thin columns; effects: each with the numbers of its
     parameters; laws: nonlinear torques, which no matrix knows; coriolis (n, n): C_0 of a robot that moves,
     the only matrix without symmetry, or None; driven: numbers of the joints, from 1, whose motors' torques
     are inputs, so that nothing else holds their rotors.
@@ -91,7 +92,7 @@ class System:
     free: Index
     mass: Array
     stiffness: Array
-    terms: dict[str, Array]
+    terms: dict[str, Stack]
     factors: Factors
     effects: tuple[tuple[Effect, Index], ...]
     laws: tuple[PlacedLaw, ...] = ()
@@ -102,7 +103,7 @@ class System:
     @cached_property
     def is_hysteretic(self) -> bool:
         """Whether anything is damped by hysteresis, which has no free motion in time."""
-        return bool(np.any(self.terms["hysteretic"]))
+        return self.terms["hysteretic"].any()
 
     def matrices(self, values: Array) -> tuple[Array, Array, Array]:
         """M, C, K (..., n, n) at parameter values (..., parameters); K is complex where there is hysteretic
@@ -118,11 +119,9 @@ class System:
 
     def bare(self, values: Array) -> tuple[Array, Array, Array]:
         """The same without springs that are given by compliance."""
-        k, c, m = (
-            np.tensordot(values, self.terms[role], axes=1) for role in ("stiffness", "damping", "mass")
-        )
+        k, c, m = (self.terms[role].weighted(values) for role in ("stiffness", "damping", "mass"))
         if self.is_hysteretic:
-            k = k + 1j * np.tensordot(values, self.terms["hysteretic"], axes=1)
+            k = k + 1j * self.terms["hysteretic"].weighted(values)
         return self.mass + m, c if self.coriolis is None else c + self.coriolis, self.stiffness + k
 
     def with_more(self, mass: Array, stiffness: Array) -> System:
@@ -369,17 +368,15 @@ def _coriolis(site: Site, rates: Array) -> Array:
     return np.asarray(site.shapes.T @ site.engine.coriolis(turning) @ site.shapes)
 
 
-def _reduce(every: Sequence[Term], pick: tuple[Index, ...]) -> tuple[dict[str, Array], Factors]:
+def _reduce(every: Sequence[Term], pick: tuple[Index, ...]) -> tuple[dict[str, Stack], Factors]:
     """The terms over the free coordinates, as stacks and as thin columns."""
     size = pick[0].size
-    terms = {role: np.zeros((len(every), size, size)) for role in _ROLES}
-    changes = []
-    for number, term in enumerate(every):
-        for role, (exponent, factor) in _ROLES.items():
-            matrix = getattr(term, role)
-            if matrix is not None:
-                terms[role][number] = matrix[pick]
-                changes.append(Change(matrix[pick], exponent, number, factor))
+    terms, changes = dict[str, Stack](), list[Change]()
+    for role, (exponent, factor) in _ROLES.items():
+        given = [(number, getattr(term, role)) for number, term in enumerate(every)]
+        own = [(number, matrix[pick]) for number, matrix in given if matrix is not None]
+        terms[role] = Stack.of(own, len(every), size)
+        changes += [Change(matrix, exponent, number, factor) for number, matrix in own]
     return terms, factored(changes, size)
 
 

@@ -8,7 +8,8 @@ spring; what is best becomes the base of another round.  Each must be worth its 
 `decide`.
 
 How channels are read leaves the model as it is, so that one step from its fit tells what a hypothesis
-promises; of another arm a few steps do, at fewer lines.
+promises; of another arm a few steps do, at fewer lines.  Where only how a channel is read was found, what
+promised most of all else is looked at first, and the rest where that does not help.
 """
 
 from __future__ import annotations
@@ -38,9 +39,9 @@ _CHANNELS = ("sensor-turned", "points-exchanged", "links", "sizes")
 """Kinds about how single channels are read, which the soft model itself proposes."""
 _PHYSICAL = ("payload",)
 """Kinds that stand for what an arm may have: hoses are bodies, too, and effects that `discover` names."""
-_CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 30, 12, 3
+_CHANNELS_TRIED, _OTHERS_TRIED, _FURTHER, _SETTLED = 10, 20, 12, 3
 """Hypotheses about channels that are fitted for a step in a round, about the rest that are for a few, of both
-those that are for more, and of these those that are to all lines.
+those that are for some more, and of these those that are to all lines.
 """
 _GLANCED = 6
 """Lines of each measurement at a first look: every spring is free."""
@@ -77,13 +78,21 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
     best, asked, rivals = first, 1, list[Candidate]()
+    few, alike = list[Hypothesis](), list[Candidate]()
     while True:
-        hypotheses, every = _promising(best, own)
-        asked = max(asked, every)
-        alike = _next(best, hypotheses, asked)
+        channels = list(of_kinds(best, _CHANNELS))
+        if few:
+            looked = _looked(best, [*_by_squares(channels), *few])
+            alike = _next(best, looked, asked)
+        if not alike:
+            others, every = _others(best, own)
+            asked = max(asked, len(channels) + every)
+            looked = _looked(best, [*_by_squares(channels), *others])
+            alike = _next(best, looked, asked)
         if not alike:
             break
         found, *rivals = alike
+        few, alike = _again(found, looked), []
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]
@@ -131,26 +140,43 @@ def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Facto
     return tuple(one for _, one, _ in tried), replace(best, score=tried[0][2])
 
 
-def _promising(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
-    """The most promising hypotheses on top of a candidate, by its fit with springs and by its own without;
-    and of how many.
+def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Those about channels that explain most of what a fit with springs leaves."""
+    return sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
+
+
+def _again(found: Candidate, looked: Sequence[Candidate]) -> list[Hypothesis]:
+    """What promised most of all but channels, where only how a channel is read was found: these are looked at
+    first beside it, and all else anew where they do not help.
     """
-    channels = list(of_kinds(best, _CHANNELS))
+    last = [one.hypotheses[-1] for one in looked] if found.hypotheses[-1].promise else []
+    return [one for one in last if not one.promise]
+
+
+def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
+    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs; and
+    of how many.
+    """
     rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
     others = list(of_kinds(replace(best, score=own), rest))
-    by_squares = sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
-    last = [one for _, one in glances(replace(best, score=own), others)]
+    last = _each_way([one for _, one in glances(replace(best, score=own), others)])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
-    return [*by_squares, *some.values()], len(channels) + len(others)
+    return list(some.values()), len(others)
 
 
-def _next(base: Candidate, hypotheses: Sequence[Hypothesis], asked: int) -> list[Candidate]:
+def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Hypotheses, best first; of those that hold a number, which is made better later, one of each sign."""
+    ways = [id(one) if one.numbers is None else (one.about, np.sign(one.numbers).tobytes()) for one in seen]
+    return [one for n, one in enumerate(seen) if ways[n] not in ways[:n]]
+
+
+def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Candidate]:
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there; then what is as good.
     """
-    settled = sorted((_settled(base, one) for one in _tried(base, hypotheses)), key=_cost)
+    settled = sorted((_settled(base, one) for one in _kept(looked, base, _SETTLED)), key=_cost)
     worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
     found = worth or [one for one in settled if _may_hide(base, one)]
     alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
@@ -171,10 +197,12 @@ def _levels(base: Candidate, one: Candidate) -> bool:
     return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most and _cost(one) <= _cost(base)
 
 
-def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
+def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
     """Candidates with one more mistake, the most promising of a first look at few lines, and what leaves
     least of a common factor, if there is one.
     """
+    if not hypotheses:
+        return []
     stated = base.stated.glanced()
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
     seen = list[Candidate]()
@@ -182,11 +210,11 @@ def _tried(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
         if one is not None:  # a model with every spring is large: all but a few are let go at once
             seen = _kept([*seen, one], base, _FURTHER)
-    return _kept([replace(one, score=_refitted(one.score)) for one in seen], base, _SETTLED)
+    return [replace(one, score=_refitted(one.score)) for one in seen]
 
 
 def _refitted(score: Score) -> Score:
-    return scored(score.problem, score.values, _MORE, slopes=())
+    return scored(score.problem, score.values, _FEW, slopes=())
 
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
@@ -245,7 +273,8 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
     if reread is not None:
         return scored(reread, known.values, steps, slopes=())
     model = with_springs(problem, known.by_name)
-    soft = scored(model, model.initial, steps, slopes=_LEVEL)
+    same = problem.robot is known.problem.robot  # whose springs are of about the right size
+    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL)
     if len(known.problem.file.study.effects) > len(problem.file.study.effects):
         return soft
     # Where no spring gives way, usual ones are far from the best.

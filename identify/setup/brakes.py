@@ -43,10 +43,10 @@ class Brake:
 
     def likely(self, stated: Stated) -> Brake:
         """The same with the share that is left where nuisance parameters are fitted along."""
-        others, alone, both = (
-            within(one, stated.uncertainty).worst for one in (self.others, self.alone, self.both)
-        )
-        return self if max(others, alone) > MISSING else replace(self, share=(alone / both) ** 2)
+        if any(within(one, stated.uncertainty).worst > MISSING for one in (self.others, self.alone)):
+            return self
+        alone, both = (within(one, stated.uncertainty).worst for one in (self.alone, self.both))
+        return replace(self, share=(alone / both) ** 2)
 
     def sentence(self, stated: Stated) -> str:
         """What was found."""

@@ -114,24 +114,16 @@ def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
     if named is not None:
         if named.gap_after <= QUIET or springs_explain(plain, as_stated.uncertainty):
             return found
-        if named.codes == ("factor",):  # which may stand for what else is wrong, such as a power of j omega
-            plain, named = first, None
-            found = Found(Looked(gap), first)
-        else:
-            known = as_stated.changed(named.edits)
-    more = _beside_springs(known, plain)
+        if found.put is not None:
+            found = _without_factor(as_stated, found.put, Found(Looked(gap), first))
+            plain, named = found.corrected, found.looked.diagnosis
+        known = as_stated if named is None else as_stated.changed(named.edits)
+    rough = plain.cost <= ROUGH and abs(plain.level) < SLIGHT  # then the set-up is right
+    more = None if rough else _beside_springs(known, plain)
     if more is None:
         return found
     told = more if named is None else _joined(named, more)
     return Found(Looked(gap, told), scored(known.changed(more.edits).problem()))
-
-
-@dataclass(frozen=True)
-class Found:
-    """What a search found, and the study as corrected, or as it is."""
-
-    looked: Looked
-    corrected: Score
 
 
 @dataclass(frozen=True)
@@ -142,6 +134,25 @@ class _Put:
     edits: tuple[Change, ...]
     score: Score
     gap: float
+
+
+@dataclass(frozen=True)
+class Found:
+    """What a search found, and the study as corrected, or as it is; put: how, if with a common factor."""
+
+    looked: Looked
+    corrected: Score
+    put: _Put | None = None
+
+
+def _without_factor(as_stated: Stated, with_it: _Put, nothing: Found) -> Found:
+    """The same but its common factor, which may stand for what else is wrong, such as a power of j omega."""
+    decision = replace(with_it.decision, factor=None)
+    gap, mistakes = nothing.looked.gap, _mistakes(decision)
+    for put in _put_right(as_stated, [decision]) if mistakes else ():
+        told = Diagnosis(mistakes, _sure(decision.log_odds), gap, put.gap, put.edits)
+        return Found(Looked(gap, told), put.score)
+    return nothing
 
 
 def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
@@ -162,7 +173,7 @@ def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
     instead = dict.fromkeys(_mistakes(one.decision) for one in sorted(alike, key=_gap))
     del instead[mistakes]
     told = Diagnosis(mistakes, _sure(decision.log_odds), gap, best.gap, best.edits, tuple(instead))
-    return Found(Looked(gap, told), best.score)
+    return Found(Looked(gap, told), best.score, None if best.decision.factor is None else best)
 
 
 def _and_braked(as_stated: Stated, found: Found) -> Found:
@@ -178,7 +189,7 @@ def _and_braked(as_stated: Stated, found: Found) -> Found:
         return found
     more, number = braked
     if named is not None:
-        return replace(found, looked=Looked(gap, _joined(named, more)))
+        return Found(Looked(gap, _joined(named, more)), found.corrected)
     beside = _look(as_stated.without(number), None).diagnosis if more.gap_after > QUIET else None
     return replace(found, looked=Looked(gap, more if beside is None else _joined(more, beside)))
 

@@ -17,6 +17,7 @@ from identify.measured.quality_robot import possible
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
+from identify.setup.soft import softened
 from identify.setup.stated import Stated
 from identify.setup.within import Within, levelled, within
 from identify.vibration.log_shape import LogShape
@@ -152,7 +153,8 @@ def _again(plain: Candidate, best: Candidate) -> Candidate:
         stated, others = rest
         base = Candidate(stated, scored(stated.problem()), others)
         alike = [h for h in of_kinds(base, list(KINDS)) if h.code == one.code]
-        best = min([best, *refined(base, alike)], key=_cost)
+        tried = [best, *refined(base, alike)]
+        best = _bodies(tried)[0] if one.code in _BODIES else min(tried, key=_cost)
     return best
 
 
@@ -187,7 +189,7 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
     if not possible(base.stated.robot):
         some = [h for h in of_kinds(base, _BODIES) if possible(base.stated.changed(h.edits).robot)]
         if some:
-            return _least_level(refined(base, some)), len(some)
+            return _bodies(refined(base, some)), len(some)
     soon = list(of_kinds(base, [name for name in KINDS if name not in _LATER]))
     tried = refined(base, soon)
     if not tried or _cost(tried[0]) > HELPS * _cost(base):
@@ -197,10 +199,13 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
     return tried, len(soon)
 
 
-def _least_level(tried: list[Candidate]) -> list[Candidate]:
-    """Of bodies that are the same up to a common factor, those first that need none."""
-    alike = [one for one in tried if one.score.cost <= _MORE * tried[0].score.cost]
-    return sorted(alike, key=lambda one: abs(one.score.level)) + tried[len(alike) :]
+def _bodies(tried: Sequence[Candidate]) -> list[Candidate]:
+    """Of bodies that can be those that leave least with every spring, because a study's own model may leave
+    more than a wrong unit does; of what is the same up to a common factor, first what needs none.
+    """
+    least = min((softened(one.score).cost for one in tried), default=0.0)
+    alike = [one for one in tried if softened(one.score).cost <= _MORE * least]
+    return sorted(alike, key=lambda one: abs(softened(one.score).level))
 
 
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:

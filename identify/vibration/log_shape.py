@@ -96,14 +96,15 @@ class LogShape(ProductObjective):
         with np.errstate(all="ignore"):
             told = zip(self._slopes(values), self._seen, self._weights, strict=True)
             for number, ((h, gradient), seen, weight) in enumerate(told):
-                slope = gradient[:, seen] / h[:, seen, None]
-                logs = self._logs(number, seen, h)[..., None]
-                slope = np.where(np.abs(logs.real) < _FARTHEST, slope, 0.0)
-                rows = (np.concatenate([slope, logs], axis=-1) * weight[..., None]).reshape(-1, size)
-                total += rows.real.T @ rows.real
-                if self._phases:
-                    total += rows.imag.T @ rows.imag
-                along += weight.ravel() @ rows.real
+                logs = self._logs(number, seen, h)
+                slope, left = (weight / h[:, seen])[..., None] * gradient[:, seen], weight * logs
+                slope[~(np.abs(logs.real) < _FARTHEST)] = 0.0
+                rows = np.empty((2 if self._phases else 1, *left.shape, size))
+                for row, part in zip(rows, (np.real, np.imag), strict=False):
+                    row[..., :-1], row[..., -1] = part(slope), part(left)
+                along += np.tensordot(weight, rows[0])
+                rows = rows.reshape(-1, size)
+                total += rows.T @ rows
         return np.asarray(total - np.outer(along, along) / self._square)
 
     def _predicted(self, number: int, candidates: Array) -> Complex:

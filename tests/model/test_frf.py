@@ -50,6 +50,25 @@ def test_eigenvalues_and_solves_agree_on_a_full_arm(tmp_path: Path, power: int) 
     assert one == pytest.approx(other, rel=1e-9, abs=1e-10 * np.abs(other).max())
 
 
+@pytest.mark.parametrize(("lines", "solved"), [(32, True), (33, False)])
+def test_few_lines_are_solved_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lines: int, solved: bool
+) -> None:
+    """16 for each input, and the same as by recurrences."""
+    model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
+    values = initial(parameters)
+    mass, damping, stiffness = model.matrices(np.stack([values, 1.2 * values]))
+    s, force = 2j * np.pi * np.linspace(2.0, 90.0, lines), model.jacobian("link3", np.zeros(3)).T[:, :2]
+    at = (s, model.jacobian("link6", np.zeros(3)), force, 2)
+    by_recurrence = frf(mass, damping, stiffness, *at)
+    monkeypatch.setattr("identify.model.frf._SOLVED", 16)
+    found = frf(mass, damping, stiffness, *at)
+    assert found == pytest.approx(by_recurrence, rel=1e-8, abs=1e-9 * np.abs(found).max())
+    assert np.array_equal(found, frf_by_solve(mass, damping, stiffness, *at)) == solved
+    monkeypatch.setattr("identify.model.frf._AT_ONCE", 1)
+    assert np.array_equal(frf(mass, damping, stiffness, *at), found)
+
+
 def test_population_is_evaluated_as_its_members(tmp_path: Path) -> None:
     model, parameters, _ = system(arm(tmp_path), ALL_EFFECTS)
     population = initial(parameters) * np.exp(
@@ -96,7 +115,9 @@ def test_gradient_against_complex_steps(tmp_path: Path) -> None:
 
 
 def _complex_matrices(model, values):  # type: ignore[no-untyped-def]
-    k, c, m = (np.tensordot(values, model.terms[role], axes=1) for role in ("stiffness", "damping", "mass"))
+    k, c, m = (
+        np.tensordot(values, model.terms[role][:], axes=1) for role in ("stiffness", "damping", "mass")
+    )
     return model.mass + m, c, model.stiffness + k
 
 

@@ -11,7 +11,15 @@ import pytest
 from identify.core.yaml_input import yaml_text
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
-from identify.setup.beside_springs import _factors, _levels, _needed, _settled, beside_springs
+from identify.setup.beside_springs import (
+    _again,
+    _each_way,
+    _factors,
+    _levels,
+    _needed,
+    _settled,
+    beside_springs,
+)
 from identify.setup.diagnosis import Diagnosis, _joined
 from identify.setup.edits import Edit, Entries, OnLink, edited, in_words
 from identify.setup.hypothesis import Hypothesis
@@ -145,6 +153,26 @@ def test_a_hypothesis_is_looked_at_once_on_top_of_a_fit(
     assert costs == sorted(one.score.cost * (1.03 if abs(one.score.level) > SLIGHT else 1) for one in first)
     monkeypatch.setattr("identify.setup.search._with", lambda *_: pytest.fail("looked at again"))
     assert [cost for cost, _ in glances(base, some)] == costs
+
+
+def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at(tmp_path: Path) -> None:
+    told = studies.of(tmp_path, studies.config())
+    some = list(of_kinds(Candidate(told, scored(told.problem())), ["joint-offset", "joint-sign"]))
+    kept = [one.sentence for one in _each_way(some)]
+    offsets = [one for one in kept if "off by about" in one]
+    assert len(offsets) == 2 * 6
+    assert offsets[:2] == [f"the zero of joint 1 is off by about {turn} degrees" for turn in (15, -15)]
+    assert kept[len(offsets) :] == [one.sentence for one in some if one.moved is None]
+
+
+def test_what_promised_most_is_looked_at_again_beside_a_channel_alone(tmp_path: Path) -> None:
+    """Another model makes other studies of all else."""
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+    channel, other = Hypothesis("", "", (), "sensor5", promise=3.0), Hypothesis("", "", (), "sign2")
+    looked = [Candidate(told, score, (channel, one)) for one in (other, replace(channel, about="sensor6"))]
+    assert _again(Candidate(told, score, (other, channel)), looked) == [other]
+    assert _again(Candidate(told, score, (channel, other)), looked) == []
 
 
 def test_what_a_later_mistake_holds_too_is_not_left_out(tmp_path: Path) -> None:

@@ -13,15 +13,15 @@ from identify.measured.correction import Correction
 from identify.measured.quality_robot import possible
 from identify.setup import diagnosis, search
 from identify.setup.brakes import Brake
-from identify.setup.constants import near, nearest
+from identify.setup.constants import Factor, near, nearest
 from identify.setup.decide import Decision, needed
-from identify.setup.diagnosis import _apart, _put_right, look
+from identify.setup.diagnosis import Found, Looked, _apart, _Put, _put_right, _without_factor, look
 from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
-from identify.setup.search import Candidate, Searched, _again, _better, _round
+from identify.setup.search import Candidate, Searched, _again, _better, _bodies, _round
 from identify.setup.sentences import sentences
 from identify.setup.soft import springs_explain
 from identify.setup.stated import LINES, Stated
@@ -135,6 +135,61 @@ def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
     assert "kg mm2" in tried[0].hypotheses[-1].sentence
     assert possible(tried[0].stated.robot)
     assert _better(replace(plain, score=replace(plain.score, cost=1e-9)), tried) == tried
+
+
+def test_bodies_are_told_by_every_spring(tmp_path: Path) -> None:
+    """A study's own model may leave more than a wrong unit does; of bodies that are the same up to a common
+    factor the first needs none.
+    """
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+
+    def candidate(cost: float, soft: float, level: float) -> Candidate:
+        asked = {"softened": replace(score, cost=soft, level=level)}
+        return Candidate(told, replace(score, cost=cost, asked=asked))
+
+    wrong, in_grams, right = (
+        candidate(13.0, 6.0, 0.0),
+        candidate(13.2, 2.15, -6.9),
+        candidate(13.2, 2.16, 0.1),
+    )
+    assert _bodies([wrong, in_grams, right]) == [right, in_grams]
+    assert _bodies([]) == []
+
+
+@pytest.mark.parametrize(("cost", "level", "asked"), [(0.9, 0.1, False), (1.1, 0.1, True), (0.9, 2.0, True)])
+def test_a_set_up_that_is_roughly_right_is_not_asked_beside_springs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cost: float, level: float, asked: bool
+) -> None:
+    """Whatever its noise makes of the gap."""
+    told = studies.of(tmp_path, studies.config())
+    score = replace(scored(told.problem()), cost=cost, level=level)
+    score.asked.update(softened=replace(score, cost=2.0, asked={}), within=Within(50.0, 1.0))
+    beside = list[Score]()
+    monkeypatch.setattr(
+        diagnosis, "searched", lambda told, score: Searched(Candidate(told, score), (), (), 1)
+    )
+    monkeypatch.setattr(diagnosis, "brake", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "beside_springs", lambda _, plain: beside.append(plain))
+    monkeypatch.setattr(diagnosis, "decided", lambda _: None)
+    assert diagnosis._wrong(told, score, 50.0).looked.diagnosis is None
+    assert beside == ([score] if asked else [])
+
+
+def test_a_factor_that_an_own_model_has_is_dropped_beside_springs(tmp_path: Path) -> None:
+    """With the mistakes beside it, or alone; it may stand for a power of j omega."""
+    told = studies.of(tmp_path, studies.config())
+    score = scored(told.problem())
+    sign = Hypothesis("joint-sign", "a sign", (Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1]),), "sign2")
+    factor = Factor(0.0068, "0.0068 times")
+    nothing = Found(Looked(9.0), score)
+    for hypotheses, codes in (((sign,), ("joint-sign",)), ((), None)):
+        edits = [edit for one in hypotheses for edit in one.edits]
+        decision = Decision(Candidate(told.changed(edits), score, hypotheses), (), factor, 9.0)
+        found = _without_factor(told, _Put(decision, (), score, 5.0), nothing)
+        named = found.looked.diagnosis
+        assert (named and named.codes) == codes
+        assert named is None or named.edits == sign.edits
 
 
 def test_mistakes_are_chosen_again_beside_the_others(tmp_path: Path) -> None:

@@ -193,3 +193,15 @@ def test_frequencies_in_rad_per_s_are_seen_by_the_drives(tmp_path: Path) -> None
     stiff, true = scored(right.problem()), scored(studies.of(tmp_path, studies.config()).problem())
     assert sag(stiff) > sag(true)  # what was read as rad/s is lower by 2 pi
     assert not list(radians_per_second(right, stiff)), "it is stated already"
+
+
+def test_a_force_that_is_off_beside_a_common_factor_is_told_from_it(tmp_path: Path) -> None:
+    """The common factor of a fit is between that of this force and that of the others."""
+    force = str(studies.frfs().inputs[0])
+    wrong = studies.each(correct={"factor": 4.448, "inputs": {force: 10.0}})
+    told = studies.of(tmp_path, studies.config(measurements=wrong))
+    found = [
+        one for one in KINDS["sizes"](told, scored(told.problem())) if f"the force at {force}" in one.sentence
+    ]
+    best = max(found, key=lambda one: one.promise).sentence
+    assert best in [f"the force at {force} reads {factor} times what it should" for factor in (9.807, 10)]

@@ -142,7 +142,7 @@ def restricted(system: System, chosen: Index) -> System:
         free=system.free[chosen],
         mass=system.mass[pick],
         stiffness=system.stiffness[pick],
-        terms={role: terms[:, chosen[:, None], chosen] for role, terms in system.terms.items()},
+        terms={role: terms.over(chosen) for role, terms in system.terms.items()},
         factors=Factors(factors.vectors[chosen], factors.power, factors.weight, factors.owner),
         coriolis=None if system.coriolis is None else system.coriolis[pick],
     )

@@ -7,7 +7,7 @@ would explain a sensor far better is proposed, the best first, and then judged a
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from itertools import combinations, permutations, product
 from typing import Any
 
@@ -196,6 +196,7 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """One sensor, one channel or one force by a factor."""
     views = beside(plain, stated.points)
     sensors, forces = list[_Sized](), list[_Sized]()
+    whole = _sums([(view.measured, view.predicted, view.weight) for view in views])
     for node in _nodes(views):
         own = _with(views, node)
         parts = [(slice(0, 3), str(node), f"the sensor at point {node}")]
@@ -206,11 +207,11 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         ]
         for part, name, words in parts:
             cuts = [_cut(view, node, part) for view in own]
-            sensors += _sized(stated, "outputs", name, words, cuts)
+            sensors += _sized(stated, "outputs", name, words, cuts, whole)
     for force in dict.fromkeys(one for view in views for one in view.target.data.inputs):
         own = [view for view in views if force in view.target.data.inputs]
         cuts = [_column(view, view.target.data.inputs.index(force)) for view in own]
-        forces += _sized(stated, "inputs", str(force), f"the force at {force}", cuts)
+        forces += _sized(stated, "inputs", str(force), f"the force at {force}", cuts, whole)
     for found in (sensors, forces):
         for _, hypotheses in sorted(found, key=lambda one: one[0])[:_SIZES]:
             yield from hypotheses
@@ -245,21 +246,25 @@ _Part = tuple[Complex, Complex, Array]
 _Sized = tuple[float, list[Hypothesis]]
 
 
-def _sized(stated: Stated, side: str, name: str, words: str, parts: list[_Part]) -> list[_Sized]:
-    """Factors of one sensor, channel or force that may be that by which it is off, and what is left then."""
+def _sized(
+    stated: Stated, side: str, name: str, words: str, parts: list[_Part], whole: _Sums
+) -> list[_Sized]:
+    """Factors of one sensor, channel or force that may be that by which it is off from the others, because a
+    common factor of all is between both; and what is left then.
+    """
     sums = _sums(parts)
-    factor, left = sums.factor, sums.left(sums.factor) / sums.now
+    factor, left = sums.factor / whole.less(sums).factor, sums.left(sums.factor) / sums.now
     about, found = f"{side}{name}", list[Hypothesis]()
     if left > _LEFT or (factor > 0 and abs(np.log(factor)) < np.log(_SLIGHT)):
         return []
     if factor < 0:
-        edits, promise = of_each(stated, side, {name: -1.0}), sums.now - sums.left(-1.0)
+        edits, promise = of_each(stated, side, {name: -1.0}), whole.gain(sums, -1.0)
         found.append(Hypothesis("sign", f"{words} has the other sign", edits, about, promise=promise))
     sizes = [] if abs(np.log(abs(factor))) < np.log(_SLIGHT) else near(factor, _ROUGHLY)
     sizes += [nearest(factor)] if sizes and not nearest(factor).known else []
     for known in sizes:
         edits = of_each(stated, side, {name: float(f"{1 / known.value:.8g}")})
-        sentence, promise = f"{words} reads {known.words} what it should", sums.now - sums.left(known.value)
+        sentence, promise = f"{words} reads {known.words} what it should", whole.gain(sums, known.value)
         found.append(Hypothesis("size", sentence, edits, about, promise=promise))
     return [(left, found)]
 
@@ -283,6 +288,19 @@ class _Sums:
     def left(self, factor: float) -> float:
         """Squares that are left where the measured ones have this factor."""
         return self.size - 2 * factor * self.both + factor**2 * self.own if self.own > 0 else self.now
+
+    def less(self, part: _Sums) -> _Sums:
+        """Of the others."""
+        pairs = zip(astuple(self), astuple(part), strict=True)
+        return _Sums(*(one - other for one, other in pairs))
+
+    def gain(self, part: _Sums, factor: float) -> float:
+        """Squares that are explained where a part of these was too large by a factor, with the best common
+        factor of all before and after.
+        """
+        others = self.less(part)
+        both, own = others.both + factor * part.both, others.own + factor**2 * part.own
+        return max(both, 0.0) ** 2 / own - max(self.both, 0.0) ** 2 / self.own if own > 0 < self.own else 0.0
 
 
 def _sums(parts: list[_Part]) -> _Sums:

@@ -68,7 +68,7 @@ class SimulatedImpact:
         result = np.zeros(len(values))
         for role, whole in totals.items():
             size = np.abs(np.diagonal(whole))
-            parts = np.abs(np.diagonal(self.system.terms[role], axis1=1, axis2=2))
+            parts = np.abs(np.diagonal(self.system.terms[role][:], axis1=1, axis2=2))
             result = np.maximum(result, np.max(parts / np.where(size > 0, size, np.inf), axis=1))
         return result
 
