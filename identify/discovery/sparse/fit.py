@@ -172,17 +172,22 @@ def settled(found: Found, steps: int = _MORE) -> Found:
     return _onwards(found, found.effects, found.x, Penalised(found.unknowns), steps)
 
 
-def afresh(found: Found, rival: float = np.inf) -> Found:
+def afresh(found: Found, rival: float = np.inf, values: Mapping[str, float] | None = None) -> Found:
     """The fit from bearings as it began, rigid links and no errors again, with all else as it was found: a
     fit that compensated for something else than it has now is in a valley of its own.  Not to its end where
-    it does not come near the objective of a rival.
+    it does not come near the objective of a rival.  values: of links that bend as usual; bearings then
+    begin as usual, too.
     """
     unknowns = found.unknowns
     reset = unknowns.springs | unknowns.nuisances | unknowns.times
     rigid = np.where(reset, unknowns.reference, found.x)
-    x = _led(unknowns, _usual(unknowns, rigid) if found.usual else rigid, found.until)
+    usual = found.usual or values is not None
+    x = _usual(unknowns, rigid) if usual else rigid
+    for name, value in (values or {}).items():
+        x[unknowns.names.index(name)] = value
+    x = _led(unknowns, x, found.until)
     again = _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until, rival)
-    return replace(again, usual=found.usual)
+    return replace(again, usual=usual)
 
 
 def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:

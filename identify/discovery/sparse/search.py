@@ -415,10 +415,16 @@ def _tried(
 
 
 def _softer(found: Found, each_costs: float) -> list[Found]:
-    """The fit with the likeliest link that bends as usual, if one lowers its costs in a few steps."""
-    seen = [gone_on(found, one.effects, one.values, _GLANCED) for one in soft_links(found)]
-    best = min(seen, key=lambda fit: _costs(fit, each_costs), default=found)
-    return [settled(best)] if _costs(best, each_costs) < _costs(found, each_costs) else []
+    """The fit with the likeliest link that bends as usual, if one lowers its costs in a few steps; gone on
+    with, or begun afresh, because bearings that have made up for it are in a valley of their own.
+    """
+    seen = [(gone_on(found, one.effects, one.values, _GLANCED), one) for one in soft_links(found)]
+    seen = [pair for pair in seen if _costs(pair[0], each_costs) < _costs(found, each_costs)]
+    if not seen:
+        return []
+    best, trial = min(seen, key=lambda pair: _costs(pair[0], each_costs))
+    more, begun = settled(best), gone_on(found, trial.effects, trial.values, 0)
+    return [min(more, afresh(begun, more.objective, trial.values), key=_objective)]
 
 
 def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
