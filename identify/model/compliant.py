@@ -76,6 +76,11 @@ class Response:
         """(poles,); of a conjugate pair the one above the real axis."""
         return np.array([pole.eigenvalue for pole in self.poles], dtype=complex)
 
+    @cached_property
+    def residues(self) -> Complex:
+        """(poles, outputs, inputs)."""
+        return _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in self.poles])
+
     def late(self, eigenvalues: Complex, power: int | None = None) -> Complex:
         """(lines, poles): lambda^p e^((lambda - s) T) / (s - lambda)."""
         away = self.s[:, None] - eigenvalues
@@ -375,8 +380,7 @@ def shortened(model: Response) -> Complex:
     """(lines, outputs, inputs): derivative of H by how much earlier the record ends."""
     if not model.poles:
         return np.zeros((len(model.s), len(model.ends[0]), model.ends[1].shape[1]), dtype=complex)
-    residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
-    return -model.summed((residue, lambda some: model.late(some) * (model.s[:, None] - some)))
+    return -model.summed((model.residues, lambda some: model.late(some) * (model.s[:, None] - some)))
 
 
 def along_s(model: Response) -> Complex:
@@ -393,6 +397,5 @@ def along_s(model: Response) -> Complex:
     slope += power * line ** (power - 1) * (model.ends[0] @ model.moved)
     if not model.poles:
         return np.asarray(slope)
-    residue = _stack([np.outer(pole.seen, pole.driven) / pole.norm for pole in model.poles])
     ended = model.record or 0.0
-    return slope + model.summed((ended * residue, model.late), (residue, model.steep))
+    return slope + model.summed((ended * model.residues, model.late), (model.residues, model.steep))

@@ -78,12 +78,11 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
     best, asked, rivals = first, 1, list[Candidate]()
-    few, alike = list[Hypothesis](), list[Candidate]()
+    few = list[Hypothesis]()
     while True:
         channels = list(of_kinds(best, _CHANNELS))
-        if few:
-            looked = _looked(best, [*_by_squares(channels), *few])
-            alike = _next(best, looked, asked)
+        looked = _looked(best, [*_by_squares(channels), *few] if few else [])
+        alike = _next(best, looked, asked)
         if not alike:
             others, every = _others(best, own)
             asked = max(asked, len(channels) + every)
@@ -92,7 +91,7 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
         if not alike:
             break
         found, *rivals = alike
-        few, alike = _again(found, looked), []
+        few = _again(found, looked)
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]

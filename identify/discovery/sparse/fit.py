@@ -135,8 +135,15 @@ def _settled(
     return Found(study, fit.unknowns, effects, x, gap, objective, unpriced, local.product, until, ended)
 
 
-def _onwards(found: Found, effects: tuple[Effect, ...], x: Array, fit: Penalised, steps: int) -> Found:
-    return replace(_settled(found.study, effects, x, fit, steps, found.until), usual=found.usual)
+def _onwards(
+    found: Found,
+    effects: tuple[Effect, ...],
+    x: Array,
+    fit: Penalised,
+    steps: int,
+    rival: float = np.inf,
+) -> Found:
+    return replace(_settled(found.study, effects, x, fit, steps, found.until, rival), usual=found.usual)
 
 
 def _start(unknowns: Unknowns, *, usual: bool) -> Array:
@@ -186,8 +193,7 @@ def afresh(found: Found, rival: float = np.inf, values: Mapping[str, float] | No
     for name, value in (values or {}).items():
         x[unknowns.names.index(name)] = value
     x = _led(unknowns, x, found.until)
-    again = _settled(found.study, found.effects, x, Penalised(unknowns), STEPS, found.until, rival)
-    return replace(again, usual=usual)
+    return _onwards(replace(found, usual=usual), found.effects, x, Penalised(unknowns), STEPS, rival)
 
 
 def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:

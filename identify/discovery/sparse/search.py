@@ -329,7 +329,7 @@ def _one_further(
     every = () if closed else trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
     worth = _worth(found, likely, each_costs)
-    story.doing(f"fitting the {len(worth)} likeliest of it, and links that bend")
+    story.doing("fitting the likeliest of it, and links that bend")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED

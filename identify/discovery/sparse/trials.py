@@ -77,6 +77,8 @@ def soft_links(found: Found) -> Iterator[Trial]:
     bending is uphill at nothing, so that no first order foresees what it gains.
     """
     absent = _absent(found, links(found.study))
+    if not absent:
+        return
     system = with_more(found.study, absent).measurements[0].system
     for one, numbers in system.effects[len(system.effects) - len(absent) :]:
         own = [system.parameters[n] for n in numbers]

@@ -103,9 +103,7 @@ def rigid(problem: MotionProblem, values: Array) -> tuple[list[SpringKind], Moti
     """
     told, groups = problem.by_name(values), _groups(problem, values)
     effects = [_usual(coordinate) for _, own, _ in groups for coordinate in own]
-    softer = with_effects(
-        problem, [e for n, e in enumerate(effects) if e not in effects[:n]], problem.by_name(values)
-    )
+    softer = with_effects(problem, [e for n, e in enumerate(effects) if e not in effects[:n]], told)
     usual = {parameter.name: parameter.initial for parameter in softer.springs}
     kinds = [
         SpringKind(
