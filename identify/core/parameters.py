@@ -16,8 +16,8 @@ from identify.core.errors import InputError
 class Parameter:
     """One number to identify: value = initial unless fitted; searched on a log scale where `log`; not at all
     where not `free`.  nuisance: a nuisance parameter, about zero in units of its standard deviation.
-    prior_std: before any data, in discovery: standard deviation about the start, of the logarithm where
-    `log`; 0 where nothing is known.
+    prior_std: before any data: standard deviation about zero, or, where `log`, of the logarithm about the
+    start, in discovery; 0 where nothing is known.
     """
 
     name: str
@@ -169,9 +169,11 @@ class Scale:
         return self.to_x(lower), self.to_x(upper)
 
     def prior_information(self) -> Array:
-        """(free,): what is known of x before any data, per its unit squared: bounds are a 95 % interval, and
-        nuisances have their own standard deviation, one.
+        """(free,): what is known of x before any data, per its unit squared: bounds are a 95 % interval, but
+        for what has a standard deviation, as nuisances have, of one.
         """
         lower, upper = self.bounds()
-        nuisance = [p.nuisance for p in self.parameters if p.free]
-        return np.where(nuisance, 1.0, (4 / (upper - lower)) ** 2)
+        own = [p for p in self.parameters if p.free]
+        std = np.array([1.0 if p.nuisance else 0.0 if p.log else p.prior_std for p in own])
+        known = std > 0
+        return np.where(known, self._step / np.where(known, std, 1.0), 4 / (upper - lower)) ** 2

@@ -19,6 +19,7 @@ from identify.discovery.records import timed
 from identify.discovery.sparse.at_once import at_once
 from identify.discovery.state import State, likelier
 from identify.discovery.task import FEW_STEPS, Option, Step, Task, Trial
+from identify.discovery.unnamed import beside_unnamed
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.vibration.costs.base import parse_cost
@@ -71,7 +72,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     for stage in (by_amplitude, at_once, in_other_forms, by_amplitude):
         state = stage(workers, state, story)
     state, places = by_law(workers, state, story)
-    state = ranked(_confirmed(workers, state, story))
+    state = beside_unnamed(workers, ranked(_confirmed(workers, state, story)), story)
     story.say(f"In the end: {standing(state.model)}.")
     steps = _path(workers, first, state, FEW_STEPS if story.late else Task.steps)
     looked = [*([] for _ in steps), places] if places else [[] for _ in steps]

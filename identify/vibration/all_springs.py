@@ -4,22 +4,25 @@ wrong.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
+from identify.core.parameters import DampingValues
 from identify.model.effects.base import Effect
 from identify.model.effects.base_compliance import BaseCompliance
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.mount_compliance import MountCompliance
-from identify.model.effects.springs import Axis
+from identify.model.effects.springs import Axis, Springs
 from identify.model.system import free_coordinates
+from identify.robot.description import Robot
 from identify.robot.posture import AXES
 from identify.vibration.problem import Problem
 
 _STIFFER, _ARM = 10.0, 0.15
 """A bearing that is about as stiff as they are: ten times its drive in rotation, and that on a lever of
-0.15 m.
+0.15 m; and a link that turns at its end as much as such a bearing does.
 """
+_HELD = DampingValues(fixed=True)
 
 
 def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
@@ -43,6 +46,32 @@ def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": shrink}))
     return found
+
+
+def usual_springs(problem: Problem, values: Mapping[str, float]) -> tuple[Effect, ...]:
+    """All springs by compliance, each with what is usual beside drives at values by name as its standard
+    deviation: none of them is rigid, and what it gives way would else be found in its drive.
+    """
+    springs = all_springs(problem, shrink=True)
+    return tuple(one for spring in springs for one in _usual(problem.robot, spring, values))
+
+
+def _usual(robot: Robot, spring: Effect, values: Mapping[str, float]) -> Iterator[Effect]:
+    """Of a bearing along axes and about them, which have other units."""
+    if isinstance(spring, LinkFlexibility):
+        stiffness = usual_stiffness(f"joint{spring.number(robot)}", "r", values)
+        held = {"bending_damping": _HELD, "torsion_damping": _HELD}
+        yield _within(spring, stiffness * spring.beam(robot).length, held)
+    elif isinstance(spring, Springs):
+        [body, *_] = spring.free_coordinates(robot)[0].split(".")
+        for kind in "tr":
+            axes = [axis for axis in spring.axes if axis.startswith(kind)]
+            if axes:
+                yield _within(spring, usual_stiffness(body, kind, values), {"axes": axes, "damping": _HELD})
+
+
+def _within(spring: Effect, usual: float, update: Mapping[str, object]) -> Effect:
+    return spring.model_copy(update={**update, "compliance_std": float(f"{1 / usual:.3g}")})
 
 
 def usual_stiffness(body: str, axis: str, values: Mapping[str, float]) -> float:

@@ -22,11 +22,11 @@ standard deviation is stated (`flexible_links.ends`).  Beside that spring it cha
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Uncertainty, propagated_uncertainty, with_more
@@ -110,6 +110,18 @@ def left_open(problem: Problem, values: Array) -> Array:
     return np.sqrt([variance[p.name] if p.log else 0.0 for p in parameters])
 
 
+def _compliance(system: System, names: Sequence[str], own: Index, values: Array) -> Array:
+    """(c, c): of a link's coordinates; its parameters, numbers `own`, are stiffnesses or compliances."""
+    at = np.array([system.coordinates.index(name) for name in names])
+    stiffness = np.tensordot(values[own], system.terms["stiffness"][own], axes=1)[np.ix_(at, at)]
+    if system.compliances is None or stiffness.any():
+        return np.asarray(np.linalg.inv(stiffness))
+    springs = system.compliances
+    mine = np.isin(springs.compliance[springs.owner], own)
+    motions = springs.columns[np.ix_(at, np.flatnonzero(mine))]
+    return np.asarray((springs.at(values)[0][mine] * motions) @ motions.T)
+
+
 def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, float]]:
     """Each rotation of a joint at an end of a link that bends, and the whole link's compliance about its
     axis.
@@ -121,10 +133,8 @@ def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, 
         names = [name for name in effect.free_coordinates(robot) if name in system.coordinates]
         if not names:  # taken off for the test
             continue
-        at = [system.coordinates.index(name) for name in names]
-        stiffness = np.tensordot(values[own], system.terms["stiffness"][own], axes=1)[np.ix_(at, at)]
         ends = names[-4], names[-2], names[-1]  # the two slopes and the twist of the end
-        whole = np.diag(np.linalg.inv(stiffness))[[-4, -2, -1]]
+        whole = np.diag(_compliance(system, names, own, values))[[-4, -2, -1]]
         number = effect.number(robot)
         turns = site.jacobian(robot.links[number + 1].name, np.zeros(3), "effects")[3:]
         about = turns[:, [site.number(name) for name in ends]]

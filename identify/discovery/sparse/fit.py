@@ -63,15 +63,23 @@ class Found:
         return [one for one in effects if one not in self.effects]
 
     @property
-    def log_evidence(self) -> float:
-        """Logarithm of the marginal likelihood but for a constant: nuisance parameters integrated out
-        (Laplace), half ln N for each of the other unknowns.
+    def price(self) -> float:
+        """What each parameter costs, in units of log likelihood."""
+        return price(self.unknowns.count)
+
+    @property
+    def marginal(self) -> float:
+        """Logarithm of the likelihood with nuisance parameters integrated out (Laplace) but for a constant:
+        what their priors pay for is not priced once more.
         """
         error = self.unknowns.nuisances
         known = self.product[:-1, :-1][np.ix_(error, error)] / max(self.gap, 1.0) ** 2
-        volume = np.linalg.slogdet(known + np.eye(len(known)))[1]
-        priced = price(self.unknowns.count) * self.unknowns.counted(self.x)[~error].sum()
-        return float(-self.unpriced - 0.5 * volume - priced)
+        return float(-self.unpriced - 0.5 * np.linalg.slogdet(known + np.eye(len(known)))[1])
+
+    @property
+    def log_evidence(self) -> float:
+        """Logarithm of the marginal likelihood but for a constant: half ln N for each parameter."""
+        return self.marginal - self.price * self.unknowns.size_at(self.x)
 
     @property
     def values(self) -> dict[str, float]:
@@ -170,6 +178,12 @@ def gone_on(
     """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
     unknowns, x = begun(found, effects, values)
     return _onwards(found, effects, x, Penalised(unknowns), steps)
+
+
+def beside(found: Found, effects: Sequence[Effect]) -> Found:
+    """The fit beside further effects, of which there is nothing yet, no price on any of them."""
+    unknowns, x = begun(found, (*found.effects, *effects), {})
+    return _onwards(found, (*found.effects, *effects), x, Penalised(unknowns, price=0.0), STEPS)
 
 
 def settled(found: Found, steps: int = _MORE) -> Found:

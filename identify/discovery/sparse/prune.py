@@ -81,9 +81,8 @@ def _without(found: Found, gone: Set[str], inflated: float) -> tuple[Found, floa
     the curvature at one of them does not show how far the FRFs are from linear in what went.
     """
     less = refitted(found, [unit for unit in found.unknowns.units if unit.name not in gone])
-    each = price(found.unknowns.count, inflated)
-    sizes = [fit.unknowns.counted(fit.x)[~fit.unknowns.nuisances].sum() for fit in (found, less)]
-    return less, float((less.unpriced - found.unpriced) / inflated - each * (sizes[0] - sizes[1]))
+    each, more = price(found.unknowns.count, inflated), found.unknowns.size_at(found.x)
+    return less, (less.unpriced - found.unpriced) / inflated - each * (more - less.unknowns.size_at(less.x))
 
 
 def _supports(found: Found, inflated: float) -> dict[str, float]:

@@ -21,7 +21,6 @@ from identify.discovery.sparse.evidence import (
     PAYS,
     believable,
     fault_of,
-    price,
     weighed,
 )
 from identify.discovery.sparse.fit import (
@@ -38,6 +37,7 @@ from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
+from identify.discovery.sparse.returned import returned
 from identify.discovery.sparse.trials import Trial, bent_links, by_parts, soft_links, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -97,6 +97,7 @@ def explain(
             told += [_aligned(one, story, unseen) for one in best]
         likeliest = _likeliest(told, unseen)
     assert likeliest is not None
+    likeliest = returned(likeliest, story.say, unseen)
     known = likeliest.found
     return Explained(named(known, likeliest.evidence, likeliest.inflated), known.values, known.study)
 
@@ -114,7 +115,7 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
     springs, count = Quadratic.about(found, found.effects, {}), found.unknowns.count
     gains = [(springs.gain([unit]), len(unit.all)) for unit in springs.units]
     gains += [(trial.gain, trial.size) for trial in trials(found)]
-    return any(gain > count * MATERIAL + price(count) * size for gain, size in gains)
+    return any(gain > count * MATERIAL + found.price * size for gain, size in gains)
 
 
 def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tuple[Found, bool]:
@@ -180,7 +181,7 @@ def _complete(kept: Pruned) -> bool:
     local = Quadratic.about(found, (*found.effects, *links(found.study)), {})
     new = [unit for unit in local.units if isinstance(unit.effect, LinkFlexibility)]
     size = sum(len(unit.all) for unit in new)
-    return local.gain(new) < found.unknowns.count * MATERIAL + price(found.unknowns.count) * size
+    return local.gain(new) < found.unknowns.count * MATERIAL + found.price * size
 
 
 def _with_links_as_stated(
@@ -217,7 +218,7 @@ def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
     model = pruned(found, story.say, unseen)
     if not model.closed or story.late:
         return model
-    pays = PAYS * price(found.unknowns.count)
+    pays = PAYS * model.found.price
     coupled = [pair for gain, [pair] in couplings(model.found) if gain > pays]
     if not coupled:
         return model
@@ -297,7 +298,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
     dictionary has, one by one; beside it what else closed the gap in the last round.  Where nothing is open,
     many that give way may still stand for a link that bends.
     """
-    each_costs, others, shares = price(found.unknowns.count), list[Found](), dict[str, float]()
+    others, shares = list[Found](), dict[str, float]()
     if found.gap < CLOSED and not believable(found.problem, found.values):
         found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
@@ -305,7 +306,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
         closed = found.gap < CLOSED and believed and not doubted
         if story.late or (closed and not _several(found)):
             break
-        more = _one_further(found, story, each_costs, shares, believed=believed, closed=closed)
+        more = _one_further(found, story, shares, believed=believed, closed=closed)
         if more is None:
             break
         found, others = more
@@ -315,7 +316,6 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
 def _one_further(
     found: Found,
     story: Story,
-    each_costs: float,
     shares: dict[str, float],
     *,
     believed: bool,
@@ -328,32 +328,32 @@ def _one_further(
     story.doing("scoring what else may be missing")
     every = () if closed else trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
-    worth = _worth(found, likely, each_costs)
+    worth = _worth(found, likely)
     story.doing("fitting the likeliest of it, and links that bend")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
     astray = not believed and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
     fitted = [
-        *_tried(found, worth, stated, each_costs, shares, believed=believed),
-        *_softer(found, each_costs),
+        *_tried(found, worth, stated, shares, believed=believed),
+        *_softer(found),
     ]
     if not fitted:
         return None
-    likeliest = min(fitted, key=lambda fit: _costs(fit, each_costs))
+    likeliest = max(fitted, key=_odds)
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
-    price_of_it = each_costs * max(best.unknowns.size - found.unknowns.size, PAYS)
+    price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
     least = found.unknowns.count * MATERIAL if closed else 0.0
-    if found.unpriced - best.unpriced < price_of_it + least:
+    if best.marginal - found.marginal < price_of_it + least:
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
     return best, [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
 
 
-def _costs(found: Found, each_costs: float) -> float:
-    """Less is likelier."""
-    return found.unpriced + each_costs * found.unknowns.size - _before(found)
+def _odds(found: Found) -> float:
+    """More is likelier."""
+    return found.marginal - found.price * found.unknowns.size + _before(found)
 
 
 def _before(found: Found) -> float:
@@ -365,13 +365,13 @@ def _before(found: Found) -> float:
     return float(np.log(max(others, 1)) * sum(one.link == last for one in bodies))
 
 
-def _worth(found: Found, trials: Sequence[Trial], each_costs: float) -> list[Trial]:
+def _worth(found: Found, trials: Sequence[Trial]) -> list[Trial]:
     """Those that gain most beyond the price of their unknowns, and of other kinds what gains most for each of
     these: by first order large effects gain less than they do, and what says the same with few would not be
     seen.
     """
-    worth = [one for one in trials if one.gain > PAYS * each_costs]
-    most = sorted(worth, key=lambda one: each_costs * one.size - one.gain)
+    worth = [one for one in trials if one.gain > PAYS * found.price]
+    most = sorted(worth, key=lambda one: found.price * one.size - one.gain)
     of_kind = dict[str, Trial]()
     for one in sorted((one for one in most[_TRIED:] if one.size), key=lambda one: -one.gain / one.size):
         [*_, new] = found.new(one.effects)
@@ -388,7 +388,6 @@ def _tried(
     found: Found,
     trials: Sequence[Trial],
     start: Mapping[str, float],
-    each_costs: float,
     shares: dict[str, float],
     *,
     believed: bool,
@@ -398,7 +397,7 @@ def _tried(
     than the first order of what they would gain now.
     """
     glanced = [(one, gone_on(found, one.effects, {**start, **one.values}, _GLANCED)) for one in trials]
-    glanced.sort(key=lambda pair: _costs(pair[1], each_costs))
+    glanced.sort(key=lambda pair: -_odds(pair[1]))
     # What is foreseen to be worth most may begin slowly, and what gains most for each unknown be likeliest.
     glanced[1:] = sorted(glanced[1:], key=lambda pair: pair[0] is not trials[0])
     glanced[2:] = sorted(
@@ -414,15 +413,15 @@ def _tried(
     return fitted
 
 
-def _softer(found: Found, each_costs: float) -> list[Found]:
+def _softer(found: Found) -> list[Found]:
     """The fit with the likeliest link that bends as usual, if one lowers its costs in a few steps; gone on
     with, or begun afresh, because bearings that have made up for it are in a valley of their own.
     """
     seen = [(gone_on(found, one.effects, one.values, _GLANCED), one) for one in soft_links(found)]
-    seen = [pair for pair in seen if _costs(pair[0], each_costs) < _costs(found, each_costs)]
+    seen = [pair for pair in seen if _odds(pair[0]) > _odds(found)]
     if not seen:
         return []
-    best, trial = min(seen, key=lambda pair: _costs(pair[0], each_costs))
+    best, trial = max(seen, key=lambda pair: _odds(pair[0]))
     more, begun = settled(best), gone_on(found, trial.effects, trial.values, 0)
     return [min(more, afresh(begun, more.objective, trial.values), key=_objective)]
 

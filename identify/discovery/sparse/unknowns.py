@@ -99,8 +99,12 @@ class Unknowns:
 
     @cached_property
     def size(self) -> float:
-        """How many parameters all of them are."""
-        return float(self.counts.sum())
+        """How many parameters all of them are, but for nuisance parameters."""
+        return float(self.counts[~self.nuisances].sum())
+
+    def size_at(self, x: Array) -> float:
+        """The same without compliances that are absent at x (f,)."""
+        return float(self.counted(x)[~self.nuisances].sum())
 
     @cached_property
     def coupled(self) -> Mask:

@@ -130,9 +130,12 @@ class Search:
 
     def bend(self, x: Array, step: Array) -> Array | None:
         """J'r'' (free,), with the second derivatives r'' of the residuals along a step from x, where
-        `product` was last computed; None where the objective does not tell.
+        `product` was last computed, but for unknowns so near a bound that there is nothing on its other side;
+        None where the objective does not tell.
         """
-        sides = self.scale.to_values(np.array([x + _ASIDE * step, x - _ASIDE * step]))
+        (lower, upper), reach = self.scale.bounds(), _ASIDE * np.abs(step)
+        aside = np.where((lower <= x - reach) & (x + reach <= upper), _ASIDE * step, 0.0)
+        sides = self.scale.to_values(np.array([x + aside, x - aside]))
         bend = self.objective.bend(self.scale.to_values(x), self.scale.free, sides)
         if bend is None or not np.isfinite(bend).all():
             return None

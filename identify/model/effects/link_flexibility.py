@@ -5,10 +5,11 @@ the arm.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, cross
 from identify.core.errors import InputError
@@ -19,7 +20,7 @@ from identify.model.effects.link_form import bodies_at, link_form
 from identify.model.effects.place import Form
 from identify.model.effects.rigid_body import MOMENTS
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import compliance_terms, spring_terms
+from identify.model.effects.springs import ComplianceStd, check_shrinks, compliance_terms, spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import AXES, Mechanism
@@ -69,6 +70,13 @@ class LinkFlexibility(Effect):
     shrink: bool = Field(
         False, description="true: compliances, zero unless the data ask for more; only of a uniform link"
     )
+    compliance_std: ComplianceStd = Field(
+        None,
+        description=(
+            "with `shrink`: standard deviation of 1/EI and of 1/GJ about zero, 1/(N m^2); default: nothing is"
+            " known of them"
+        ),
+    )
     nonuniform: bool = Field(
         False, description="stiffness and mass are not spread evenly over the length: 11 more parameters"
     )
@@ -79,6 +87,11 @@ class LinkFlexibility(Effect):
     bending_damping: DampingValues = Field(DampingValues(), description="EI', N m^2 s")
     torsion: Values = Field(Values(), description="GJ, N m^2; default start likewise")
     torsion_damping: DampingValues = Field(DampingValues(), description="GJ', N m^2 s")
+
+    @model_validator(mode="after")
+    def _shrinks(self) -> Self:
+        check_shrinks(self.compliance_std, self.shrink)
+        return self
 
     def sentence(self) -> str:
         """For example: flexibility of link2 (bending, torsion)."""
@@ -207,7 +220,7 @@ class LinkFlexibility(Effect):
         bending, torsion = ((f"{where}.{what}", f"{where}.{what}_damping") for what in ("bending", "torsion"))
         if self.shrink and self.nonuniform:
             return [*self._by_part(parts, moved, bending, torsion), *self._masses(robot, site, where)]
-        make = compliance_terms if self.shrink else spring_terms
+        make = partial(compliance_terms, std=self.compliance_std) if self.shrink else spring_terms
         even = [
             *make(places[:2], moved[:2], self.bending, self.bending_damping, bending),
             *make(places[2:], moved[2:], self.torsion, self.torsion_damping, torsion),
@@ -234,7 +247,8 @@ class LinkFlexibility(Effect):
                     "N m^2",
                     np.linalg.pinv(whole @ part @ whole, rcond=_ROUNDING, hermitian=True),
                 )
-                found += compliance_terms([place], moved[[plane]], values[plane], dampers[plane], keys[plane])
+                given = values[plane], dampers[plane], keys[plane], self.compliance_std
+                found += compliance_terms([place], moved[[plane]], *given)
         return found
 
     def _masses(self, robot: Robot, site: Site, where: str) -> list[Term]:

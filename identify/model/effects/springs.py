@@ -40,6 +40,9 @@ START_HZ = 20.0
 """Without a start value, each coordinate on its own resonates here: the middle of where robots do."""
 
 
+ComplianceStd = Annotated[float | None, Field(gt=0)]
+
+
 class Springs(Effect):
     """Spring and damper per free coordinate; a subclass says which coordinates."""
 
@@ -53,6 +56,13 @@ class Springs(Effect):
             " is inside the space; of `stiffness`, only `bounds` count"
         ),
     )
+    compliance_std: ComplianceStd = Field(
+        None,
+        description=(
+            "with `shrink`: standard deviation of each compliance about zero, m/N or rad/(N m); default:"
+            " nothing is known of it"
+        ),
+    )
     coupled: bool = Field(
         False,
         description=(
@@ -63,6 +73,7 @@ class Springs(Effect):
 
     @model_validator(mode="after")
     def _couples_something(self) -> Self:
+        check_shrinks(self.compliance_std, self.shrink)
         if self.coupled and self.shrink:
             raise ValueError("shrink: not of coupled springs; leave one of both out")
         if self.coupled and not self.pairs:
@@ -95,7 +106,7 @@ class Springs(Effect):
         inertia = np.array([site.carried(first_of(name)) for name, _, _ in places])
         keys = f"{where}.stiffness", f"{where}.damping"
         if self.shrink:
-            return compliance_terms(places, inertia, self.stiffness, self.damping, keys)
+            return compliance_terms(places, inertia, self.stiffness, self.damping, keys, self.compliance_std)
         own = spring_terms(places, inertia, self.stiffness, self.damping, keys)
         return [*own, *coupling_terms(site, own, self.pairs, keys)] if self.coupled else own
 
@@ -105,6 +116,12 @@ class Springs(Effect):
         """
         usual = super().initial_values(terms, band_hz)
         return with_directions(usual, [term.parameter for term in terms]) if self.coupled else usual
+
+
+def check_shrinks(std: float | None, shrink: bool) -> None:
+    """Raise a ValueError, for pydantic, where compliances are known that are no parameters."""
+    if std and not shrink:
+        raise ValueError("compliance_std: its parameters are stiffnesses; add `shrink: true`")
 
 
 def stiffness_unit(coordinate: str) -> str:
@@ -143,12 +160,12 @@ def compliance_terms(
     stiffness: Values,
     damping: DampingValues,
     keys: tuple[str, str],
-    start_hz: float = START_HZ,
+    std: float | None = None,
 ) -> list[Term]:
     """The same springs by compliance and retardation time (damping over stiffness), rigid to begin with:
-    a compliance from zero up to that of the least stiffness.
+    a compliance from zero up to that of the least stiffness; std: its standard deviation, if that is known.
     """
-    k = spread(stiffness, inertia * (2 * np.pi * start_hz) ** 2, keys[0])
+    k = spread(stiffness, inertia * (2 * np.pi * START_HZ) ** 2, keys[0])
     terms = []
     for (name, unit, matrix), spring, moved in zip(places, k, inertia, strict=True):
         force, _, length = unit.partition("/")
@@ -156,7 +173,14 @@ def compliance_terms(
         per = f"{length}/{force}" if " " not in force else f"{length}/({force})"
         most = 1 / (stiffness.bounds[0] if stiffness.bounds else spring / _SOFTEST)
         compliance = Parameter(
-            f"{name}.compliance", per, _STIFF / spring, 0.0, most, log=False, free=not stiffness.fixed
+            f"{name}.compliance",
+            per,
+            _STIFF / spring,
+            0.0,
+            most,
+            log=False,
+            free=not stiffness.fixed,
+            prior_std=std or 0.0,
         )
         tau = 2 * damping.damping_ratio * np.sqrt(moved / spring)
         retardation = Parameter(

@@ -47,7 +47,7 @@ class FrfLeastSquares(Cost):
 
     def objective(self, targets: Targets) -> Objective:
         """The cost for FRF sets with known noise."""
-        if targets.nuisances:
+        if targets.nuisances or targets.priors:
             return PosteriorObjective(self, targets)
         return FrfLeastSquaresObjective(self, targets)
 
@@ -151,15 +151,18 @@ class FrfLeastSquaresObjective(FrfObjective[FrfLeastSquares]):
 
 
 class PosteriorObjective(ProductObjective):
-    """The same with nuisance parameters fitted along: their squares, in units of their standard
-    deviations, count as residuals (maximum a posteriori), but not as measured numbers.
+    """The same with nuisance parameters fitted along: their squares, and those of parameters with priors
+    about zero, in units of their standard deviations, count as residuals (maximum a posteriori), but not as
+    measured numbers.
 
     temperature: what squared residuals are divided by, for stages that lead to the likelihood.
     """
 
     def __init__(self, cost: FrfLeastSquares, targets: Targets, temperature: float = 1.0) -> None:
         self._likelihood = FrfLeastSquaresObjective(cost, targets)
-        self.errors, self._temperature = np.array(targets.nuisances), temperature
+        own = [*((number, 1.0) for number in targets.nuisances), *targets.priors]
+        self.errors, self._std = np.array([n for n, _ in own], dtype=int), np.array([std for _, std in own])
+        self._temperature = temperature
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
         self._rows: list[Rows] = []
@@ -178,7 +181,7 @@ class PosteriorObjective(ProductObjective):
         if self._known is not None and np.array_equal(self._known[0], candidates):
             return np.array([self._known[1]])
         data = self._likelihood.costs(candidates)
-        size = np.linalg.norm(candidates[..., self.errors], axis=-1) / np.sqrt(self.count)
+        size = np.linalg.norm(candidates[..., self.errors] / self._std, axis=-1) / np.sqrt(self.count)
         return np.asarray(np.hypot(data / np.sqrt(self._temperature), size))
 
     def product(self, values: Array, free: Index) -> Array:
@@ -194,7 +197,7 @@ class PosteriorObjective(ProductObjective):
         products, rows = zip(*each_set(own, by_lines(self.targets, len(free))), strict=True)
         self._rows = [one for one in rows if one is not None] if len(rows) == len(self.targets) else []
         product = np.asarray(sum(products) / self._temperature)
-        add_errors(product, values, free, self.errors)
+        add_errors(product, values, free, self.errors, self._std)
         total = float(product[-1, -1])
         cost = float(np.sqrt(total / self.count)) if np.isfinite(total) else np.inf
         self._known = values[None].copy(), cost
@@ -213,15 +216,18 @@ class PosteriorObjective(ProductObjective):
         return bend / self._temperature
 
 
-def add_errors(product: Array, values: Array, free: Index, errors: Index) -> None:
-    """Add to [J r]'[J r] (free + 1, free + 1) the nuisance parameters, numbers among the values
-    (unknowns,), as residuals.
+def add_errors(product: Array, values: Array, free: Index, errors: Index, std: Array) -> None:
+    """Add to [J r]'[J r] (free + 1, free + 1) the nuisance parameters, numbers (e,) among the values
+    (unknowns,), over their standard deviations (e,) as residuals.
     """
+    precision = np.zeros(len(values))
+    precision[errors] = std**-2
     own = np.flatnonzero(np.isin(free, errors))
-    product[own, own] += 1.0
-    product[own, -1] += values[free[own]]
-    product[-1, own] += values[free[own]]
-    product[-1, -1] += values[errors] @ values[errors]
+    pull = precision[free[own]] * values[free[own]]
+    product[own, own] += precision[free[own]]
+    product[own, -1] += pull
+    product[-1, own] += pull
+    product[-1, -1] += precision @ values**2
 
 
 @dataclass(frozen=True)

@@ -56,12 +56,14 @@ class ModalTarget:
 class Targets:
     """All data that a cost compares; the impacts on nonlinear systems are simulated together.
 
-    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares.
+    nuisances: numbers of the unknowns that are nuisance parameters, which cost their squares; priors: of
+    parameters that do, in units of their standard deviations, which stand beside.
     """
 
     frf: tuple[FrfTarget, ...] = ()
     modal: tuple[ModalTarget, ...] = ()
     nuisances: tuple[int, ...] = ()
+    priors: tuple[tuple[int, float], ...] = ()
 
     @property
     def simulated(self) -> bool:
