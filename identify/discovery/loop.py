@@ -4,7 +4,8 @@ once, other forms of that, what depends on amplitude, laws that no effect has; a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
@@ -19,7 +20,7 @@ from identify.discovery.records import timed
 from identify.discovery.sparse.at_once import at_once
 from identify.discovery.state import State, likelier
 from identify.discovery.task import FEW_STEPS, Option, Step, Task, Trial
-from identify.discovery.unnamed import beside_unnamed
+from identify.discovery.unnamed import left_open
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.vibration.costs.base import parse_cost
@@ -38,7 +39,8 @@ class Discovery:
 
     problem: with what was found to be uncertain besides what the study says.  probabilities: of each effect
     added; gaps_without: the gap if it alone is taken away.  late: the time that was given was over before
-    all was looked at.
+    all was looked at.  unnamed: what that which has no name leaves open of parameters, by name
+    (`identify.discovery.unnamed`).
     """
 
     problem: Problem
@@ -50,6 +52,7 @@ class Discovery:
     probabilities: tuple[float, ...] = ()
     gaps_without: tuple[float, ...] = ()
     late: bool = False
+    unnamed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def kept(self) -> tuple[bool, ...]:
@@ -72,7 +75,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     for stage in (by_amplitude, at_once, in_other_forms, by_amplitude):
         state = stage(workers, state, story)
     state, places = by_law(workers, state, story)
-    state = beside_unnamed(workers, ranked(_confirmed(workers, state, story)), story)
+    state = ranked(_confirmed(workers, state, story))
     story.say(f"In the end: {standing(state.model)}.")
     steps = _path(workers, first, state, FEW_STEPS if story.late else Task.steps)
     looked = [*([] for _ in steps), places] if places else [[] for _ in steps]
@@ -82,8 +85,9 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     added = tuple(step.found[0] for step in steps if step.found)
     odds = tuple(one.probability for one in state.added)
     without = tuple(one.gap_without for one in state.added)
+    late, unnamed = story.late, left_open(workers, state, story.until)
     return Discovery(
-        state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, without, story.late
+        state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, without, late, unnamed
     )
 
 

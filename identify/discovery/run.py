@@ -144,7 +144,8 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
     measured = dict(zip((m.name for m in problem.measurements), modes, strict=True))
     evaluated = partial(_evaluated, key=key, measured=measured)
     before = at_work.each(evaluated, [first])
-    fitted = evaluated(replace(after, file=after.file.model_copy(update={"text": text})), final)
+    told = replace(after, file=after.file.model_copy(update={"text": text}))
+    fitted = evaluated(told, final, unnamed=found.unnamed)
     return DiscoveryResult(
         key=key,
         name=problem.file.study.name,
@@ -171,14 +172,20 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
 
 
 def _evaluated(
-    problem: Problem, trial: Trial, *, key: str, measured: Mapping[str, MeasuredModes | None]
+    problem: Problem,
+    trial: Trial,
+    *,
+    key: str,
+    measured: Mapping[str, MeasuredModes | None],
+    unnamed: Mapping[str, float] | None = None,
 ) -> results.FitResult:
     """The result of a trial; what it says of data that were not fitted is known already where nuisance
     parameters were fitted along in it.
     """
     known = problem.validated and problem.file.study.uncertainty not in (None, FORMS_ALONE, IMPACTS_ALONE)
     elsewhere = trial.gap_validation if known else None
-    return evaluate(problem, _as_fit(problem, trial), key, measured=measured, elsewhere=elsewhere)
+    fit = _as_fit(problem, trial)
+    return evaluate(problem, fit, key, measured=measured, elsewhere=elsewhere, unnamed=unnamed or {})
 
 
 def _as_fit(problem: Problem, trial: Trial) -> Fit:

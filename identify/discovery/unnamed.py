@@ -4,53 +4,58 @@ so gives way is found in the drives that it is in series with.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from identify.core.arrays import Array
 from identify.discovery.decimated import decimated
+from identify.discovery.sparse.evidence import inflation
 from identify.discovery.sparse.fit import STEPS
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.discovery.state import State
-from identify.discovery.task import FEW_STEPS, Task
 from identify.discovery.workers import Workers
-from identify.fitting.selection.workbench import Story
-from identify.model.effects.base import Effect
 from identify.vibration.all_springs import usual_springs
 from identify.vibration.problem import with_effects
 
 
-def beside_unnamed(workers: Workers, state: State, story: Story) -> State:
-    """The state beside all that may give way unnoticed: what was found keeps its names, and its values are
-    no longer those of an arm that is rigid elsewhere.
+def left_open(workers: Workers, state: State, until: float) -> dict[str, float]:
+    """Standard deviation of the logarithm of each stiffness and damping of the state's model, by name, that
+    comes from what has no name: by how much they move where all of it may give way as it usually does, and
+    how much less they are determined then.
+
+    Nothing where nothing was found, which says that all is as stated, or where impacts are simulated.
     """
     if not state.added or any(one.of_amplitude for one in state.effects):
-        return state
-    values = state.model.values
-    new = usual_springs(with_effects(state.problem, state.effects, values), values)
-    if not new:
-        return state
-    values = workers.recall(
-        [
-            "unnamed",
-            [one.model_dump(mode="json") for one in (*state.effects, *new)],
-            dict(state.model.values),
-        ],
-        lambda: _on_few_lines(state, new, story),
-        "what may give way unnoticed",
+        return {}
+    key = ["unnamed", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
+    found: dict[str, float] = workers.recall(key, lambda: _left_open(state, until), "what has no name")
+    return found
+
+
+def _left_open(state: State, until: float) -> dict[str, float]:
+    values, few = state.model.values, decimated(state.problem)
+    known = with_effects(few, state.effects, values)
+    springs = usual_springs(known, values)
+    unknowns = Unknowns(
+        with_effects(few, (*state.effects, *springs), values), len(state.effects) + len(springs)
     )
-    task = Task(state.effects, new, values, whole=True, steps=FEW_STEPS)
-    [model] = workers.run([task], "what may give way unnoticed")
-    return State(state.problem, model, state.added)
+    start = unknowns.to_x(unknowns.problem.initial)
+    own = np.isin(unknowns.names, list(values))
+    start = np.where(own, start, unknowns.reference)
+    fit = Penalised(unknowns, price=0.0)
+    x = fit.minimise(Point(start), STEPS, until).x
+    local = fit.local(x)
+    scale = local.gap**2 * inflation(known, known.initial)
+    information = local.product[:-1, :-1] / scale + np.diag(unknowns.precision)
+    less = _variance(information)[own] - _variance(information[np.ix_(own, own)])
+    std = np.sqrt(np.maximum(less, 0.0) + (x - start)[own] ** 2)
+    names = np.array(unknowns.names)[own]
+    wanted = unknowns.log[own]
+    return {str(name): float(one) for name, one in zip(names[wanted], std[wanted], strict=True)}
 
 
-def _on_few_lines(state: State, new: Sequence[Effect], story: Story) -> dict[str, float]:
-    """Values by name where the fit ends that begins with rigid ones."""
-    every = (*state.effects, *new)
-    problem = with_effects(decimated(state.problem), every, state.model.values)
-    unknowns = Unknowns(problem, len(every))
-    start = unknowns.to_x(problem.initial)
-    start = np.where(np.isin(unknowns.names, list(state.model.values)), start, unknowns.reference)
-    last = Penalised(unknowns, price=0.0).minimise(Point(start), STEPS, story.until)
-    return {**state.model.values, **unknowns.by_name(last.x)}
+def _variance(information: Array) -> Array:
+    """(f,): the diagonal of the inverse, of unknowns of very different sizes."""
+    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scaled = information / np.outer(size, size) + 1e-12 * np.eye(len(size))
+    return np.asarray(np.diag(np.linalg.inv(scaled)) / size**2)

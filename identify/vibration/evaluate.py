@@ -5,6 +5,7 @@ a result keeps.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,7 @@ from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.file_geometry import geometry_notes
-from identify.vibration.intervals import intervals, with_link_ends
+from identify.vibration.intervals import intervals, with_left_open
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
 from identify.vibration.notes import fault_notes, record_notes, soft_directions
 from identify.vibration.nuisances.stated import stated_uncertainty
@@ -53,16 +54,18 @@ def evaluate(
     profiled: Sequence[str] = (),
     measured: Mapping[str, MeasuredModes | None] | None = None,
     elsewhere: float | None = None,
+    unnamed: Mapping[str, float] = MappingProxyType({}),
 ) -> results.FitResult:
     """The result of a fit, ready to be written; key says which run it is the result of
     (`identify.vibration.run`).
 
     profiled: names of parameters whose profile likelihood is wanted; measured: the `measured_modes` of the
-    data, elsewhere: the gap on data that were not fitted, where they are known already.
+    data, elsewhere: the gap on data that were not fitted, where they are known already; unnamed: as
+    `with_left_open` has it.
     """
     measured = measured_modes(problem) if measured is None else measured
     targets, parameters = problem.targets(), problem.of_effects
-    trusted = with_link_ends(problem, intervals(problem, fit.values), fit.values)
+    trusted = with_left_open(problem, intervals(problem, fit.values), fit.values, unnamed)
     scale = Scale(parameters)
     stated = stated_uncertainty(problem, trusted, fit.values)
     names = [parameters[number].name for number in scale.free]

@@ -22,7 +22,8 @@ standard deviation is stated (`flexible_links.ends`).  Beside that spring it cha
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -76,22 +77,33 @@ def _moved(
     return np.asarray(-np.linalg.solve(determined, unit * product[:count, count:]))
 
 
-def with_link_ends(problem: Problem, trusted: Uncertainty, values: Array) -> Uncertainty:
+def with_left_open(
+    problem: Problem,
+    trusted: Uncertainty,
+    values: Array,
+    unnamed: Mapping[str, float] = MappingProxyType({}),
+) -> Uncertainty:
     """The uncertainty of a fit with what links that bend leave open of the joints at their ends; values
-    (unknowns,).
+    (unknowns,).  unnamed: standard deviations of logarithms by name that come from what gives way without a
+    name.
     """
     parameters = problem.of_effects
     scale, found = Scale(parameters), values[: problem.size]
     free = [parameters[number] for number in scale.free]
-    std = left_open(problem, values)[scale.free]
+    ends = left_open(problem, values)[scale.free]
+    others = np.array([unnamed.get(p.name, 0.0) for p in free])
+    sources = (
+        (ends, "a link that bends right beside a joint does what the joint does", " (`flexible_links.ends`)"),
+        (others, "bearings and links that have no name may give way as they usually do", ""),
+    )
     notes = []
-    if np.any(std > trusted.std):
-        most = int(np.argmax(std / trusted.std))
-        notes = [
-            f"a link that bends right beside a joint does what the joint does: that leaves {free[most].name}"
-            f" open by {100 * std[most]:.0f} % (`flexible_links.ends`), more than the data do"
-        ]
-    return with_more(trusted, std, scale, found, *notes)
+    determined = np.array(trusted.status) == "determined"
+    for std, cause, key in sources:
+        if np.any(determined & (std > trusted.std)):
+            most = int(np.argmax(np.where(determined, std / trusted.std, 0.0)))
+            open_by = f"{free[most].name} open by {100 * std[most]:.2g} %"
+            notes.append(f"{cause}: that leaves {open_by}{key}, more than the data do")
+    return with_more(trusted, np.hypot(ends, others), scale, found, *notes)
 
 
 def left_open(problem: Problem, values: Array) -> Array:

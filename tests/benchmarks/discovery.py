@@ -28,7 +28,7 @@ from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import CLASSES
 from identify.robot.posture import at_posture
-from identify.vibration.intervals import with_link_ends
+from identify.vibration.intervals import with_left_open
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import uncertainty
@@ -143,7 +143,7 @@ def stiffness_held(problem: Problem, found: Discovery, stiffness: list[float]) -
     model = with_effects(problem, found.final.task.effects, found.final.values)
     scale = Scale(model.parameters)
     trusted = uncertainty(model.targets(), scale, model.initial)
-    trusted = with_link_ends(model, trusted, model.initial)
+    trusted = with_left_open(model, trusted, model.initial, found.unnamed)
     names = [model.parameters[number].name for number in scale.free if number < model.size]
     held = told = 0
     for number, true in enumerate(stiffness, start=1):

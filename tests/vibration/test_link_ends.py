@@ -13,7 +13,7 @@ from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
 from identify.measured.finding import STUDY
 from identify.vibration.check import run_checks
-from identify.vibration.intervals import left_open, with_link_ends
+from identify.vibration.intervals import left_open, with_left_open
 from identify.vibration.problem import Problem, load_problem, with_uncertainty
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import fitted_information, uncertainty
@@ -57,7 +57,7 @@ def _both(problem: Problem) -> tuple[Uncertainty, Uncertainty, np.ndarray]:
     own, std = values[: len(found.std)], np.full(len(found.std), 0.01)
     low, high = (own * np.exp(sign * SIGMAS_95 * std) for sign in (-1, 1))
     plain = replace(found, std=std, low=low, high=high)
-    return plain, with_link_ends(problem, plain, values), values
+    return plain, with_left_open(problem, plain, values), values
 
 
 def test_a_hinge_at_either_end_is_a_share_of_the_link_s_own_compliance(bends: Problem) -> None:

@@ -180,12 +180,6 @@ def gone_on(
     return _onwards(found, effects, x, Penalised(unknowns), steps)
 
 
-def beside(found: Found, effects: Sequence[Effect]) -> Found:
-    """The fit beside further effects, of which there is nothing yet, no price on any of them."""
-    unknowns, x = begun(found, (*found.effects, *effects), {})
-    return _onwards(found, (*found.effects, *effects), x, Penalised(unknowns, price=0.0), STEPS)
-
-
 def settled(found: Found, steps: int = _MORE) -> Found:
     """The fit gone on as it is, if it has not ended."""
     if found.ended:

@@ -37,7 +37,6 @@ from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
-from identify.discovery.sparse.returned import returned
 from identify.discovery.sparse.trials import Trial, bent_links, by_parts, soft_links, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -97,7 +96,6 @@ def explain(
             told += [_aligned(one, story, unseen) for one in best]
         likeliest = _likeliest(told, unseen)
     assert likeliest is not None
-    likeliest = returned(likeliest, story.say, unseen)
     known = likeliest.found
     return Explained(named(known, likeliest.evidence, likeliest.inflated), known.values, known.study)
 
