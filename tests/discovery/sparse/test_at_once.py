@@ -69,7 +69,7 @@ class Hammered:
         name = self._name(case, seed, nodes) + extra.replace(": ", "_")
         if name not in self._read:
             arm = MAKES["compact"](seed).at_points(list(nodes))
-            spec = TestSpec(arm, seed=seed, postures=2, averages=2, binary=True, oversampling=4)
+            spec = TestSpec(arm, seed=seed, postures=2, averages=2, binary=True, oversampling=4, linear=True)
             generate(replace(hide(spec, case), case="test"), self._folder / name)
             config = config_of(self._folder / name, self._folder, extra=extra)
             self._read[name] = decimated(timed(load_problem(read_study(config))))
@@ -335,7 +335,9 @@ def test_a_bearing_is_softest_in_whatever_direction_it_is(
     near an axis, where next to nothing is open without it.
     """
     arm = MAKES["compact"](5).at_points(list(nodes))
-    spec = TestSpec(arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4)
+    spec = TestSpec(
+        arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4, linear=True
+    )
     test = hide(spec, case)
     [effect] = test.effects
     softest = min(effect.stiffness)
