@@ -205,10 +205,10 @@ def gradient_with(
 
 
 def _weighed(left: Complex, columns: Array | Complex) -> Complex:
-    """left (lines, outputs, n) @ columns (n, c), which are complex where something is damped by hysteresis."""
+    """left (lines, outputs, n) @ columns (n, c), complex only where something is damped by hysteresis."""
     if np.iscomplexobj(columns):
         return np.asarray(left @ columns)
-    return product_by_real(left.reshape(-1, left.shape[-1]), columns).reshape(*left.shape[:-1], -1)
+    return product_by_real(left.reshape(-1, left.shape[-1]), columns.real).reshape(*left.shape[:-1], -1)
 
 
 def _seen(out: Array, moved: Complex) -> Complex:

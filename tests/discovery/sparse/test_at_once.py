@@ -335,9 +335,7 @@ def test_a_bearing_is_softest_in_whatever_direction_it_is(
     near an axis, where next to nothing is open without it.
     """
     arm = MAKES["compact"](5).at_points(list(nodes))
-    spec = TestSpec(
-        arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4, linear=True
-    )
+    spec = TestSpec(arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4, linear=True)
     test = hide(spec, case)
     [effect] = test.effects
     softest = min(effect.stiffness)
