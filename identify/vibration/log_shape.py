@@ -54,7 +54,6 @@ class LogShape(ProductObjective):
             target.measured[:, seen] for target, seen in zip(self.targets, self._seen, strict=True)
         ]
         self._last: tuple[bytes, list[Slopes]] = (b"", [])
-        self._last_h: tuple[bytes, list[Complex]] = (b"", [])
         self.moving = sum(map(len, self._seen))
         self.count, self._square = _sizes(self._weights)
         if not self._square:
@@ -72,8 +71,7 @@ class LogShape(ProductObjective):
         """
         first = next(number for number, seen in enumerate(self._seen) if len(seen))
         other, only = copy(self), slice(first, first + 1)
-        other.targets, other._seen = self.targets[only], self._seen[only]
-        other._last, other._last_h = (b"", []), (b"", [])
+        other.targets, other._seen, other._last = self.targets[only], self._seen[only], (b"", [])
         other._weights, other._measured = self._weights[only], self._measured[only]
         other.count, other._square = _sizes(other._weights)
         return other
@@ -113,20 +111,10 @@ class LogShape(ProductObjective):
         return np.asarray(total - np.outer(along, along) / self._square)
 
     def _predicted(self, number: int, candidates: Array) -> Complex:
-        """(m, lines, pairs) of a set."""
+        """(m, lines, pairs) of a set; a single candidate with its slopes, which its step will ask for."""
         if len(candidates) > 1:
             return self.targets[number].predict_pairs(candidates)
-        return self._h(candidates[0])[number][None]
-
-    def _h(self, values: Array) -> list[Complex]:
-        """Predictions (lines, pairs) of all sets, kept for the next who asks; without slopes, which take ten
-        times as long and which only a step that is taken asks for.
-        """
-        if self._last[0] == values.tobytes():
-            return [h for h, _ in self._last[1]]
-        if self._last_h[0] != values.tobytes():
-            self._last_h = values.tobytes(), [target.predict_pairs(values) for target in self.targets]
-        return self._last_h[1]
+        return self._slopes(candidates[0])[number][0][None]
 
     def _slopes(self, values: Array) -> list[Slopes]:
         """Predictions and derivatives of all sets, kept for the next who asks."""
@@ -141,7 +129,7 @@ class LogShape(ProductObjective):
         """
         found = []
         for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
-            logs = self._logs(number, seen, self._h(values)[number]) + level
+            logs = self._logs(number, seen, self._slopes(values)[number][0]) + level
             own = np.zeros((len(logs), len(self.targets[number].pairs[0])), dtype=complex)
             own[:, seen] = weight * logs
             found.append(own)
@@ -151,7 +139,7 @@ class LogShape(ProductObjective):
         """ln of the factor that the measured FRFs have beyond the model, at values (parameters,)."""
         pull = 0.0
         for number, (seen, weight) in enumerate(zip(self._seen, self._weights, strict=True)):
-            logs = self._logs(number, seen, self._h(values)[number])
+            logs = self._logs(number, seen, self._slopes(values)[number][0])
             pull += float(np.sum(weight**2 * logs.real))
         return -pull / self._square
 

@@ -11,6 +11,7 @@ import pytest
 from identify.core.yaml_input import yaml_text
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
+from identify.setup import beside_springs as springs
 from identify.setup.beside_springs import (
     _again,
     _each_way,
@@ -23,6 +24,7 @@ from identify.setup.beside_springs import (
 from identify.setup.diagnosis import Diagnosis, _joined
 from identify.setup.edits import Edit, Entries, OnLink, edited, in_words
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, scored
 from identify.setup.search import Candidate, glanced, glances, of_kinds, without
 from identify.setup.soft import LINES, read_otherwise, softened, with_springs
@@ -39,8 +41,11 @@ PAIRS = ((15.0, 0.0), (15.0, 30.0))
 KEY = ("measurements", 0, "correct", "outputs")
 
 
-def test_several_channels_are_found_together(tmp_path: Path) -> None:
-    """Two points exchanged and a third one reversed: each is right beside the other."""
+def test_several_channels_are_found_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two points exchanged and a third one reversed: each is right beside the other, and signs of joints are
+    asked as well; all else takes most of the time.
+    """
+    monkeypatch.setattr(springs, "KINDS", {"joint-sign": KINDS["joint-sign"]})
     wrong = Correction(nodes={5: 9, 9: 5}, outputs={"12": -1.0})
     told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)))
     found = beside_springs(told, scored(told.problem()))
