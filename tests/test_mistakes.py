@@ -23,11 +23,18 @@ from identify.modal.settings import ModalSettings
 from identify.reports.show import print_findings
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
+from identify.setup.diagnosis import Looked
 from identify.vibration.study import RelativeNoise
 from tests.benchmarks import wrong_inputs
 
 ROOT = Path(__file__).parents[1]
 CASES = {case.name: case for case in wrong_inputs.cases()}
+
+
+@pytest.fixture
+def no_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The set-up is not searched for what explains the data, which takes most of the time."""
+    monkeypatch.setattr("identify.setup.check.look", lambda _: Looked(1.0))
 
 
 def said(folder: Path, name: str) -> str:
@@ -74,6 +81,7 @@ def said(folder: Path, name: str) -> str:
         ("counts_in_bits", "Encoders of 17 counts a turn have steps of 21.2 degrees: are these bits"),
     ],
 )
+@pytest.mark.usefixtures("no_search")
 def test_a_mistake_is_named(tmp_path: Path, name: str, sentence: str) -> None:
     told = said(tmp_path, name)
     assert sentence in told, told

@@ -45,7 +45,9 @@ def product_by_real(values: Complex, factor: Array) -> Complex:
     """values (..., m, n) @ factor (..., n, k) without making the real factor complex."""
     rows = values.shape[-2]
     stacked = np.concatenate([values.real, values.imag], axis=-2) @ factor
-    return np.asarray(stacked[..., :rows, :] + 1j * stacked[..., rows:, :])
+    found = np.empty((*stacked.shape[:-2], rows, stacked.shape[-1]), dtype=complex)
+    found.real, found.imag = stacked[..., :rows, :], stacked[..., rows:, :]
+    return found
 
 
 def gram(one: Complex, other: Complex) -> Array:

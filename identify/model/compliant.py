@@ -302,9 +302,9 @@ def _stack(parts: list[Complex]) -> Complex:
     return np.array(parts, dtype=complex)
 
 
-def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Complex:
-    """dH (lines, outputs, inputs, count) of columns (k,) summed by owner; one whose owner is negative is
-    left out.
+def add_gradient(into: Complex, model: Response, slopes: Slopes, owner: Index) -> None:
+    """Adds dH of columns (k,) to that of their owners in `into` (lines, outputs, inputs, owners); one whose
+    owner is negative is left out.
     """
     kept = owner >= 0
     own, owner = slopes.of(kept), owner[kept]
@@ -313,11 +313,9 @@ def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Compl
     if model.poles:
         found -= _tail(model, own)
     first = np.unique(owner, return_index=True)[1]
-    result = np.zeros((*found.shape[:3], count), dtype=complex)
-    result[..., owner[first]] = found[..., first]
+    into[..., owner[first]] += found[..., first]
     for column in np.setdiff1d(np.arange(len(owner)), first):
-        result[..., owner[column]] += found[..., column]
-    return result
+        into[..., owner[column]] += found[..., column]
 
 
 def by_matrices(model: Response, changes: dict[int, Array]) -> Complex:

@@ -194,7 +194,7 @@ def gradient_with(
     motion, to_out = motion_and_transfer(end, matrices, s, out, force)
     columns = factors.columns(parameters)
     vectors, powers = factors.vectors[:, columns], factors.power[columns]
-    left = (-(s**power)[:, None, None] * to_out) @ (vectors * factors.weight[columns])
+    left = _weighed(-(s**power)[:, None, None] * to_out, vectors * factors.weight[columns])
     right = np.zeros((len(s), len(columns), force.shape[1]), dtype=complex)
     for k in range(3):
         right[:, powers == k] = real_product(vectors[:, powers == k].T, motion[k])
@@ -202,6 +202,13 @@ def gradient_with(
     if end is not None:
         gradient = gradient + end.gradient(matrices, s, to_out, power)
     return out @ motion[power], gradient
+
+
+def _weighed(left: Complex, columns: Array | Complex) -> Complex:
+    """left (lines, outputs, n) @ columns (n, c), complex only where something is damped by hysteresis."""
+    if np.iscomplexobj(columns):
+        return np.asarray(left @ columns)
+    return product_by_real(left.reshape(-1, left.shape[-1]), columns.real).reshape(*left.shape[:-1], -1)
 
 
 def _seen(out: Array, moved: Complex) -> Complex:

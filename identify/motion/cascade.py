@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -124,9 +125,8 @@ class CascadeLaw(ControlLaw):
         """The loops that are due at this tick, from the outermost in."""
         if sample.tick % self.settings.position_every == 0:
             ahead = self.gains["velocity_feedforward"] * sample.velocity
-            state = replace(
-                state, wanted=self.gains["position_gain"] * (sample.position - sample.turn) + ahead
-            )
+            wanted = self.gains["position_gain"] * (sample.position - sample.turn) + ahead
+            state = CascadeState(wanted, state.turn, state.integral, state.torque, state.voltage)
         if sample.tick % self.settings.velocity_every == 0:
             state = self._velocity_loop(state, sample)
         if self.winding is None:
@@ -136,16 +136,25 @@ class CascadeLaw(ControlLaw):
     def _velocity_loop(self, state: CascadeState, sample: Sample) -> CascadeState:
         period = self.settings.velocity_every * self.settings.period_s
         error = state.wanted - (sample.turn - state.turn) / period
-        integral = (
-            state.integral + self.gains["velocity_gain"] * self.gains["velocity_integral"] * period * error
-        )
+        integral = state.integral + self._integrated * error
         torque = (
             self.gains["velocity_gain"] * error
             + integral
             + self.gains["torque_feedforward"] * sample.feedforward
         )
-        integral = np.where(np.abs(torque) < self.limit * self.ratio, integral, state.integral)
-        return replace(state, turn=sample.turn, integral=integral, torque=torque)
+        integral = np.where(np.abs(torque) < self._most, integral, state.integral)
+        return CascadeState(state.wanted, sample.turn, integral, torque, state.voltage)
+
+    @cached_property
+    def _integrated(self) -> Array:
+        """By which the integral grows at each run of the velocity loop, over its error."""
+        period = self.settings.velocity_every * self.settings.period_s
+        return self.gains["velocity_gain"] * self.gains["velocity_integral"] * period
+
+    @cached_property
+    def _most(self) -> Array:
+        """The largest torque either way, at the gear output."""
+        return self.limit * self.ratio
 
     def _current_loop(
         self, winding: Winding, state: CascadeState, sample: Sample

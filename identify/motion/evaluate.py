@@ -47,7 +47,7 @@ def evaluate_simulation(problem: MotionProblem) -> results.MotionResult:
     motion = problem.run(problem.initial[None], problem.records)
     seconds = time.perf_counter() - began
     records = _records(problem, problem.initial, motion, None)
-    return _result(problem, records, seconds, None, None)
+    return _result(problem, records, seconds, _gaps(problem, motion, None), None, None)
 
 
 def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResult:
@@ -58,13 +58,14 @@ def evaluate_fit(started: MotionProblem, found: MotionFit) -> results.MotionResu
     seconds = time.perf_counter() - began
     first = started, started.run(started.initial[None], started.records)
     scale = Scale(problem.parameters)
+    records, gaps = _records(problem, found.fit.values, motion, first), _gaps(problem, motion, found)
     if not len(scale.free):
-        return _result(problem, _records(problem, found.fit.values, motion, first), seconds, found, None)
+        return _result(problem, records, seconds, gaps, found, None)
     objective = found.objective or fitted_objective(problem)
     seen = objective.residuals(found.fit.values, scale.free)
     trusted = trajectory_trust(objective, scale, found.fit.values, seen)
     step = step_error(objective, scale, found.fit.values, seen, trusted)
-    result = _result(problem, _records(problem, found.fit.values, motion, first), seconds, found, trusted)
+    result = _result(problem, records, seconds, gaps, found, trusted)
     if step.good:
         return replace(result, verdict=(*result.verdict, f"{step.sentence().capitalize()}."))
     return replace(result, notes=(*result.notes, step.sentence()))
@@ -92,13 +93,13 @@ def _result(
     problem: MotionProblem,
     records: dict[str, results.RecordResult],
     seconds: float,
+    gaps: list[float],
     found: MotionFit | None,
     trusted: Uncertainty | None,
 ) -> results.MotionResult:
     study, file = problem.file.study, problem.file
     scale = Scale(problem.parameters)
     runs = sum(record.time_s[-1] for record in records.values())
-    gaps = [_gap(problem, found, use) for use in ("fit", "validate")]
     judged = gaps[0] if np.isnan(gaps[1]) else gaps[1]
     frfs, without = closed_loops(problem.robot, [r.settings for r in problem.records], records)
     p = None
@@ -142,14 +143,19 @@ def _result(
     )
 
 
-def _gap(problem: MotionProblem, found: MotionFit | None, use: str) -> float:
-    if found is not None and use == "fit":
-        return found.fit.cost
+def _gaps(problem: MotionProblem, motion: SimulatedMotion, found: MotionFit | None) -> list[float]:
+    """Of the records to fit and of those that judge, in the motion of all; NaN where there are none."""
+    fitted = _gap(problem, motion, "fit") if found is None else found.fit.cost
+    return [fitted, _gap(problem, motion, "validate")]
+
+
+def _gap(problem: MotionProblem, motion: SimulatedMotion, use: str) -> float:
     records = [r for r in problem.records if r.settings.use == use and r.measured is not None]
     if not records or not problem.file.study.noise:
         return float("nan")
-    values = problem.initial if found is None else found.fit.values
-    return float(TrajectoryObjective(problem, records, problem.file.study.noise).costs(values[None])[0])
+    objective = TrajectoryObjective(problem, records, problem.file.study.noise)
+    with np.errstate(all="ignore"):  # of what runs away
+        return float(objective.costs_of(objective.of_motion(motion, problem.records))[0])
 
 
 def _records(

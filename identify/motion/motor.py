@@ -10,12 +10,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from pydantic import Field
 
-from identify.core.arrays import Array
+from identify.core.arrays import Array, Mask
 from identify.core.config import Settings
 from identify.motion.numbers import Number, quantity
 
@@ -73,6 +74,13 @@ def _within(command: Array, limit: Array) -> Array:
     return np.minimum(np.maximum(command, -limit), limit)
 
 
+def _kept(step_s: float, rate: Array, by_step: dict[float, Array]) -> Array:
+    """What a first-order lag of that rate, 1/s, keeps over a step; the same at every one, so found once."""
+    if step_s not in by_step:
+        by_step[step_s] = np.exp(-step_s * rate)
+    return by_step[step_s]
+
+
 @dataclass(frozen=True)
 class _DcPlant(MotorPlant):
     torque_constant: Array
@@ -81,15 +89,14 @@ class _DcPlant(MotorPlant):
     inductance: Array
     limit: Array
     _decay: dict[float, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
-    """Of the current over a step, by its length: it is the same at every one."""
+    """Of the current over a step, by its length."""
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for constant voltage and velocity."""
-        if step_s not in self._decay:
-            self._decay[step_s] = np.exp(-step_s * self.resistance / self.inductance)
         voltage = _within(command, self.limit)
         end = (voltage - self.back_emf * velocity) / self.resistance
-        return np.asarray(end + (state - end) * self._decay[step_s])
+        kept = _kept(step_s, self.resistance / self.inductance, self._decay)
+        return np.asarray(end + (state - end) * kept)
 
     def torque(self, state: Array) -> Array:
         return self.torque_constant * state
@@ -127,21 +134,33 @@ class _TorquePlant(MotorPlant):
     bandwidth_hz: Array
     torque_constant: Array
     limit: Array
+    _decay: dict[float, Array] = field(default_factory=dict, init=False, repr=False, compare=False)
+    """Of the torque over a step, by its length."""
+
+    @cached_property
+    def _at_once(self) -> Mask:
+        return np.isinf(self.bandwidth_hz)
+
+    @cached_property
+    def _reported(self) -> Array:
+        """A per N m of the rotor; NaN where it is not known."""
+        return np.where(np.isfinite(self.torque_constant), 1 / self.torque_constant, np.nan)
 
     def advanced(self, state: Array, command: Array, velocity: Array, step_s: float) -> Array:
         """Exact for a constant command."""
         end = _within(command, self.limit)
-        return np.asarray(end + (state - end) * np.exp(-step_s * 2 * np.pi * self.bandwidth_hz))
+        kept = _kept(step_s, 2 * np.pi * self.bandwidth_hz, self._decay)
+        return np.asarray(end + (state - end) * kept)
 
     def torque(self, state: Array) -> Array:
         return state
 
     def torque_at(self, state: Array, command: Array) -> Array:
-        after = np.where(np.isinf(self.bandwidth_hz), _within(command, self.limit), state)
+        after = np.where(self._at_once, _within(command, self.limit), state)
         return np.asarray((state + after) / 2)
 
     def current(self, state: Array) -> Array:
-        return np.where(np.isfinite(self.torque_constant), state / self.torque_constant, np.nan)
+        return state * self._reported
 
     def holding(self, torque: Array) -> tuple[Array, Array]:
         return torque, torque

@@ -152,15 +152,18 @@ class TrajectoryObjective(Objective):
     def _chunk(self, candidates: Array, *, near: bool = False) -> list[list[Array]]:
         with np.errstate(all="ignore"):  # a lane that runs away is NaN
             motion = self.problem.run(candidates, self.records, near=near, every=self._every)
+            return self.of_motion(motion, self.records)
+
+    def of_motion(self, motion: SimulatedMotion, together: Sequence[PreparedRecord]) -> list[list[Array]]:
+        """`rows` of a motion in which all records of `together` moved side by side, its own among them."""
+        numbers = [next(n for n, one in enumerate(together) if one is record) for record in self.records]
         return [
             [
                 beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
-                for quantity, seen in simulated(
-                    self.problem, motion, record, number, len(self.records)
-                ).items()
+                for quantity, seen in simulated(self.problem, motion, record, number, len(together)).items()
                 if quantity in self.noise
             ]
-            for number, record in enumerate(self.records)
+            for number, record in zip(numbers, self.records, strict=True)
         ]
 
     @cached_property

@@ -97,8 +97,11 @@ class LogShape(ProductObjective):
             told = zip(self._slopes(values), self._seen, self._weights, strict=True)
             for number, ((h, gradient), seen, weight) in enumerate(told):
                 logs = self._logs(number, seen, h)
-                slope, left = (weight / h[:, seen])[..., None] * gradient[:, seen], weight * logs
-                slope[~(np.abs(logs.real) < _FARTHEST)] = 0.0
+                every = len(seen) == h.shape[1]  # of which a choice would be a copy
+                slope = (weight / h[:, seen])[..., None] * (gradient if every else gradient[:, seen])
+                left, near = weight * logs, np.abs(logs.real) < _FARTHEST
+                if not near.all():
+                    slope[~near] = 0.0
                 rows = np.empty((2 if self._phases else 1, *left.shape, size))
                 for row, part in zip(rows, (np.real, np.imag), strict=False):
                     row[..., :-1], row[..., -1] = part(slope), part(left)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 PERIOD_S, PARTS, EVERY, DURATION_S = 1e-3, 8, 4, 2.0
 RATIO, CREEP, HEAVIER = 100.0, 2e-4, 0.015
+RECORDS = ("one", "two", "three")
 NOISE_RAD, NOISE_TORQUE, NOISE_TOOL_M, COUNTS = 1e-5, 0.01, 2e-5, 2**15
 KINDS = (
     "Coulomb friction",
@@ -214,6 +216,13 @@ def creep(case: Case) -> Array:
     return np.array([float(f"{speed:.6g}") for speed in slowest])
 
 
+def _places(mask: list[bool]) -> Any:
+    """Where a mask is true: a slice, which takes less time, where that is without a gap."""
+    found = np.flatnonzero(mask)
+    gap = len(found) == 0 or found[-1] - found[0] >= len(found)
+    return found if gap else slice(int(found[0]), int(found[-1]) + 1)
+
+
 class Arm:
     """The equations of motion, and the controller."""
 
@@ -221,14 +230,14 @@ class Arm:
         self.case, self.n, self.creep = case, case.joints, creep(case)
         self.model = pinocchio.buildModelFromXML(urdf(case, case.heavier, True))
         self.nominal = pinocchio.buildModelFromXML(urdf(case, np.zeros(case.joints)))
-        names = list(self.model.names)[1:]
-        self.own = np.flatnonzero([name.startswith("joint") for name in names])
-        self.soft = np.flatnonzero([name.startswith("hinge") for name in names])
+        names, self.size = list(self.model.names)[1:], self.model.nq
+        self.own = _places([name.startswith("joint") for name in names])
+        self.soft = _places([name.startswith("hinge") for name in names])
         bending = np.zeros((2, 0)) if case.bending is None else np.tile(case.bending[1][:, None], 6)
         base = np.zeros((2, 0)) if case.base is None else case.base
         self.hinge, self.loss = np.concatenate([base, bending], axis=1)
         self.elastic = case.stiffness is not None
-        self.drive = self.model.nq + np.arange(self.n) if self.elastic else self.own
+        self.drive = slice(self.size, self.size + self.n) if self.elastic else self.own
         if not self.elastic:
             armature = np.zeros(self.model.nv)
             armature[self.own] = RATIO**2 * case.rotor
@@ -243,27 +252,27 @@ class Arm:
         e = windup - np.clip(windup, -half, half)
         return np.asarray(c.stiffness * e + (0 if c.cubic is None else c.cubic) * e**3)
 
-    def slope(self, y: Array, torque: Array) -> Array:
-        """Derivative of the state: coordinates of the arm, of the rotors where gears bend, and velocities."""
-        c, size = self.case, len(y) // 2
-        x, v = y[:size], y[size:]
-        q, qd = x[: self.model.nq], v[: self.model.nq]
-        turn, spin = x[self.drive], v[self.drive]
-        friction = c.coulomb * np.tanh(spin / self.creep) + c.viscous * spin
-        drive = RATIO * c.gain * torque - friction
-        angle = q[self.own]
-        on_link = c.balancer[0] * np.sin(angle) + c.balancer[1] * np.cos(angle)
-        rest = np.zeros(0)
+    def slope(self, y: Array, driven: Array) -> Array:
+        """Derivative of the state: coordinates of the arm, of the rotors where gears bend, and velocities;
+        driven: by torques of the motors at the gear output (joints,), N m.
+        """
+        c, half = self.case, len(y) // 2
+        v, found = y[half:], np.empty(len(y))
+        q, qd, spin = y[: self.size], v[: self.size], v[self.drive]
+        on_link = driven - (c.coulomb * np.tanh(spin / self.creep) + c.viscous * spin)
         if self.elastic:
-            gear = self.spring(angle - turn) + c.damping * (qd[self.own] - spin)
-            on_link = on_link - gear
-            rest = (drive + gear) / (RATIO**2 * c.rotor)
-        else:
-            on_link = on_link + drive
-        force = np.zeros(len(q))
+            gear = self.spring(q[self.own] - y[self.drive]) + c.damping * (qd[self.own] - spin)
+            found[half + self.size :] = (on_link + gear) / (RATIO**2 * c.rotor)
+            on_link = -gear
+        if c.balancer.any():
+            on_link = on_link + c.balancer[0] * np.sin(q[self.own]) + c.balancer[1] * np.cos(q[self.own])
+        force = np.zeros(self.size)
         force[self.own] = on_link
-        force[self.soft] = -self.hinge * q[self.soft] - self.loss * qd[self.soft]
-        return np.concatenate([v, pinocchio.aba(self.model, self.data, q, qd, force), rest])
+        if len(self.hinge):
+            force[self.soft] = -self.hinge * q[self.soft] - self.loss * qd[self.soft]
+        found[:half] = v
+        found[half : half + self.size] = pinocchio.aba(self.model, self.data, q, qd, force)
+        return found
 
     def at_rest(self, turn: Array) -> tuple[Array, Array]:
         """State that holds the drives at `turn`, and the torque on each drive that does."""
@@ -313,6 +322,7 @@ class Arm:
             - c.velocity_gain * c.position_gain * (wanted[0] - last)
         )
         late, rows = [reported] * (int(np.ceil(c.delay_s.max() / h)) + parts(c) + 2), []
+        back = np.round(c.delay_s / h).astype(int)
         for tick, target in enumerate(wanted):
             turn = y[:size][self.drive]
             rows.append((turn.copy(), y[self.own].copy(), RATIO * reported, self.tool(y)))
@@ -321,12 +331,12 @@ class Arm:
             asked = (c.velocity_gain * error + integral + c.feedforward * ahead[tick]) / RATIO
             for _ in range(parts(c)):
                 late.append(asked)
-                back = np.round(c.delay_s / h).astype(int)
                 given = np.array([late[-1 - b][joint] for joint, b in enumerate(back)])
-                k1 = self.slope(y, given)
-                k2 = self.slope(y + h / 2 * k1, given)
-                k3 = self.slope(y + h / 2 * k2, given)
-                y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + self.slope(y + h * k3, given))
+                driven = RATIO * c.gain * given
+                k1 = self.slope(y, driven)
+                k2 = self.slope(y + h / 2 * k1, driven)
+                k3 = self.slope(y + h / 2 * k2, driven)
+                y = y + h / 6 * (k1 + 2 * (k2 + k3) + self.slope(y + h * k3, driven))
             reported = np.array([late[-1 - b][joint] for joint, b in enumerate(back)])
         names = ("motor", "link", "torque", "tool")
         return dict(zip(names, (np.array(part) for part in zip(*rows, strict=True)), strict=True))
@@ -465,12 +475,12 @@ def moves(rng: np.random.Generator, joints: int) -> list[dict[str, Any]]:
     return found
 
 
-def write(case: Case, folder: Path, rng: np.random.Generator) -> None:
-    """The robot, the study, its records and the truth."""
+def write(case: Case, folder: Path, rng: np.random.Generator, names: Sequence[str] = RECORDS) -> None:
+    """The robot, the study, its records, of which the one called three is to judge, and the truth."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.urdf").write_text(urdf(case, np.zeros(case.joints)))
     records = []
-    for name in ("one", "two", "three"):
+    for name in names:
         asked = moves(rng, case.joints)
         _record(case, folder / f"{name}.csv", asked, rng)
         signals = {

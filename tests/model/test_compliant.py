@@ -9,14 +9,16 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from identify.core.arrays import Array, Complex
+from identify.core.arrays import Array, Complex, Index
 from identify.model.compliances import Compliances
 from identify.model.compliant import (
+    Response,
+    Slopes,
+    add_gradient,
     along_s,
     by_columns,
     by_matrices,
     by_springs,
-    gradient,
     respond,
     shortened,
 )
@@ -43,6 +45,12 @@ ENDS = [None, RECORD]
 
 def h(values: Array, power: int, record: float | None, mass: Array = MASS) -> Complex:
     return respond(SPRINGS, values, (mass, DAMPING, STIFFNESS), S, OUT, FORCE, power, record).h()
+
+
+def gradient(model: Response, slopes: Slopes, owner: Index, count: int) -> Complex:
+    found = np.zeros((len(S), len(OUT), FORCE.shape[1], count), dtype=complex)
+    add_gradient(found, model, slopes, owner)
+    return found
 
 
 def central(of: Callable[[float], Complex], step: float) -> Complex:

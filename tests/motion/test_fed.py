@@ -15,6 +15,7 @@ from identify.core.errors import InputError
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
+from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.motion.tables import rms_tables
 from tests.generator import hidden_motion
 from tests.motion.test_missing import one_joint
@@ -54,6 +55,16 @@ def test_torques_are_what_the_recorded_motion_takes(case: Path) -> None:
     assert right < 0.1 * size  # noise and what acceleration there is above 30 Hz
     for keys in ({"friction": {}}, {"balancer": {}}, {"bodies": {"mass": 0.3}}):
         assert torque_rms(study(case, **keys), "one") > 2 * right
+
+
+def test_gaps_are_those_of_each_kind_of_record_alone(case: Path) -> None:
+    """Whatever else moves beside them."""
+    problem = study(case, fed=())
+    found = evaluate_simulation(problem)
+    for use, gap in (("fit", found.gap), ("validate", found.gap_validation)):
+        records = [record for record in problem.records if record.settings.use == use]
+        alone = TrajectoryObjective(problem, records, problem.file.study.noise)
+        assert gap == pytest.approx(alone.costs(problem.initial[None])[0], rel=1e-9)
 
 
 def test_only_torques_are_compared_and_records_stand_in_their_order(case: Path) -> None:

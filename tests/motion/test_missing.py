@@ -80,8 +80,9 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hidden_motion, "moves", moves)
 
 
-def problem_of(case: Case, folder: Path) -> MotionProblem:
-    hidden_motion.write(case, folder, np.random.default_rng(7))
+def problem_of(case: Case, folder: Path, *names: str) -> MotionProblem:
+    """Of all records, or of those of these names."""
+    hidden_motion.write(case, folder, np.random.default_rng(7), names or hidden_motion.RECORDS)
     return with_noise(load_motion(read_motion_study(folder / "motion.yaml")))[0]
 
 
@@ -91,7 +92,7 @@ def as_it_is(problem: MotionProblem) -> FittedMotion:
 
 @pytest.mark.usefixtures("no_springs")
 def test_the_catalogue_promises_what_is_missing_most(tmp_path: Path) -> None:
-    problem = problem_of(one_joint(delay_s=np.array([2e-3])), tmp_path)
+    problem = problem_of(one_joint(delay_s=np.array([2e-3])), tmp_path, "one")
     found = promises(as_it_is(problem))
     assert found[0].effect.name == "delay of the controller of joint 1"
     assert found[0].starts["joint1.servo.latency"] == pytest.approx(2e-3, rel=0.3)
@@ -103,7 +104,7 @@ def test_what_is_searched_of_some_joints_makes_room_for_what_is_missing(tmp_path
     rng = np.random.default_rng(11)
     case = hidden_motion.drawn(rng, "", False)
     case.heavier = np.array([0.0, 0.3])
-    problem = problem_of(case, tmp_path)
+    problem = problem_of(case, tmp_path, "one", "two")
     off = JointNumber(initial=(case.position_gain * [1.0, 1.1]).tolist(), bounds=(1.0, 100.0), joints=[2])
     begun = as_it_is(with_numbers(problem, {"servo.position_gain": off}, {}))
     [promise] = [p for p in promises(begun) if p.effect.name.startswith("mass beyond the description")]
@@ -123,7 +124,7 @@ def no_springs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("no_springs")
 def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
-    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7), ["one", "three"])
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
     assert result.verdict[0].startswith("Nothing is missing that the records can show.")
     assert written == [tmp_path / "found.h5"]
@@ -134,7 +135,7 @@ def test_the_controller_computes_with_the_rotor_that_it_was_told(tmp_path: Path)
     """A rotor that is heavier than stated moves the arm, not the feed-forward; the better study says so."""
     stated = np.array([1.2e-4])
     case = one_joint(rotor=2.2 * stated, feedforward=1.0, told={"rotor": stated})
-    hidden_motion.write(case, tmp_path, np.random.default_rng(3))
+    hidden_motion.write(case, tmp_path, np.random.default_rng(3), ["one", "three"])
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
     assert result.trials is not None and result.gap < 1.1 and result.gap_validation < 1.1
     kept = [name for name, kept in zip(result.trials.name, result.trials.kept, strict=True) if kept]
@@ -145,7 +146,7 @@ def test_the_controller_computes_with_the_rotor_that_it_was_told(tmp_path: Path)
 
 
 def test_what_the_controller_was_told_is_a_number_of_its_motors(tmp_path: Path) -> None:
-    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7))
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7), ["one"])
     for told, found in (
         ({"inertia": [1.0]}, "unknown number 'inertia'"),
         ({"rotor_inertia": [1, 2]}, "2 values"),
@@ -161,7 +162,7 @@ def test_what_the_controller_was_told_is_a_number_of_its_motors(tmp_path: Path) 
 def test_what_stands_for_something_else_is_exchanged_for_it(tmp_path: Path) -> None:
     """A gain that was named for a delay, beside friction that is true: the delay takes its place."""
     case = one_joint(delay_s=np.array([2e-3]), told={"viscous": NONE})
-    problem = problem_of(case, tmp_path)
+    problem = problem_of(case, tmp_path, "one", "three")
     bench = MissingBench(problem, Progress())
     first = bench.begin()
     kinds_of = {kind.name: kind for kind in kinds(problem, problem.initial)}
@@ -183,7 +184,8 @@ def test_what_stands_for_something_else_is_exchanged_for_it(tmp_path: Path) -> N
 
 @pytest.mark.usefixtures("no_springs")
 def test_a_balancer_is_found_and_the_better_study_fits(tmp_path: Path) -> None:
-    hidden_motion.write(one_joint(balancer=np.array([[12.0], [-9.0]])), tmp_path, np.random.default_rng(3))
+    case = one_joint(balancer=np.array([[12.0], [-9.0]]))
+    hidden_motion.write(case, tmp_path, np.random.default_rng(3), ["one", "three"])
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
     assert result.verdict[0].startswith("Missing: gravity balancer of joint 1 (log odds ")
     assert result.trials is not None and result.trials.gap[0] > 3
@@ -203,7 +205,7 @@ def test_springs_are_written_with_what_was_found(tmp_path: Path) -> None:
     case = one_joint(
         stiffness=np.array([2e4]), damping=np.array([20.0]), told={"rigid": True}, link_encoders=True
     )
-    problem = problem_of(case, tmp_path)
+    problem = problem_of(case, tmp_path, "one")
     [promise] = [p for p in promises(as_it_is(problem)) if "compliance of the gear" in p.effect.name]
     assert promise.effect.name == "compliance of the gear (joint1.rz)"
     assert 1e4 < promise.starts["joint1.rz.stiffness"] < 4e4  # to first order
@@ -216,13 +218,13 @@ def test_springs_are_written_with_what_was_found(tmp_path: Path) -> None:
 
 
 def test_noise_is_told_from_records_where_the_study_says_none(tmp_path: Path) -> None:
-    noise = problem_of(one_joint(tracker=True), tmp_path).file.study.noise
+    noise = problem_of(one_joint(tracker=True), tmp_path, "one").file.study.noise
     assert np.ravel(noise["motor_position"])[0] == pytest.approx(hidden_motion.NOISE_RAD, rel=0.2)
     assert np.ravel(noise["tool_position"]) == pytest.approx([hidden_motion.NOISE_TOOL_M] * 3, rel=0.2)
 
 
 def test_without_anything_recorded_there_is_nothing_to_discover(tmp_path: Path) -> None:
-    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(3))
+    hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(3), ["one"])
     data = parse_yaml((tmp_path / "motion.yaml").read_text(), "x")
     for record in data["records"]:
         record.pop("measured")
@@ -259,7 +261,7 @@ def test_a_joint_whose_amplitude_is_nothing_is_not_needed(tmp_path: Path) -> Non
     rng = np.random.default_rng(11)
     case = hidden_motion.drawn(rng, "", False)
     case.told = {"viscous": np.array([case.viscous[0], 0.0])}
-    hidden_motion.write(case, tmp_path, rng)
+    hidden_motion.write(case, tmp_path, rng, ["one"])
     begun = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
     present, size = np.array([[case.viscous[0], 0.0]]), np.array([1.0, 1.0])
     kind = Kind("viscous friction", ("friction.viscous",), present, size)
@@ -272,7 +274,7 @@ def test_a_joint_whose_amplitude_is_nothing_is_not_needed(tmp_path: Path) -> Non
 def test_a_candidate_of_a_fit_brings_springs(tmp_path: Path) -> None:
     told = {"rigid": True}
     case = one_joint(stiffness=np.array([4e3]), damping=np.array([8.0]), told=told, link_encoders=True)
-    hidden_motion.write(case, tmp_path, np.random.default_rng(7))
+    hidden_motion.write(case, tmp_path, np.random.default_rng(7), ["one", "three"])
     data = json.loads((tmp_path / "motion.yaml").read_text())
     data["noise"] = {"motor_position": 1e-5, "link_position": 1e-5, "motor_torque": 0.5}
     springs = {"stiffness": {"initial": 6e3, "bounds": [1e2, 1e4]}, "damping": {"initial": 8, "fixed": True}}
@@ -322,7 +324,7 @@ def test_what_the_step_gets_wrong_has_no_name(tmp_path: Path, monkeypatch: pytes
 @pytest.mark.usefixtures("no_springs")
 def test_what_the_step_gets_wrong_is_taken_off_the_records(tmp_path: Path) -> None:
     """A model in long steps is as far from the corrected records as it is in short ones from the records."""
-    problem = replace(problem_of(one_joint(), tmp_path), step_s=1e-3)
+    problem = replace(problem_of(one_joint(), tmp_path, "one"), step_s=1e-3)
     steps = LongSteps(problem, problem.initial, 2.5e-4)
     rows = [
         TrajectoryObjective(one, one.records, one.file.study.noise).smooth(one.initial)
@@ -341,7 +343,8 @@ def test_what_the_step_gets_wrong_is_taken_off_the_records(tmp_path: Path) -> No
 @pytest.mark.usefixtures("no_springs")
 def test_how_friction_passes_through_zero_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hidden_motion, "CREEP", 0.1)
-    hidden_motion.write(one_joint(coulomb=np.array([30.0])), tmp_path, np.random.default_rng(3))
+    case = one_joint(coulomb=np.array([30.0]))
+    hidden_motion.write(case, tmp_path, np.random.default_rng(3), ["one", "three"])
     data = json.loads((tmp_path / "motion.yaml").read_text())
     data["friction"]["smoothing"] = "root"
     (tmp_path / "motion.yaml").write_text(json.dumps(data))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +17,7 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
-from identify.setup.score import scored
+from identify.setup.score import Score, scored
 from identify.setup.stated import Stated, stated
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
@@ -54,9 +55,8 @@ def misread(folder: Path, wrong: Correction) -> list[dict[str, Any]]:
     """The measurements with files of their own, which say something else of the same FRFs."""
     found = each()
     for one in found:
-        data = load_frf_set(Path(one["file"]), FrfFileOptions())
         path = folder / Path(one["file"]).name
-        write_uff58(path, wrong.applied(data, path.name))
+        write_uff58(path, wrong.applied(frfs(path.name), path.name))
         one["file"] = str(path)
     return found
 
@@ -88,9 +88,23 @@ def _fitted(text: str) -> tuple[Problem, np.ndarray]:
     return problem, scored(stated(problem).problem()).values
 
 
-def frfs() -> FrfSet:
-    """The FRFs of the first posture."""
-    return load_frf_set(DATA / FILES[0], FrfFileOptions())
+@cache
+def _right() -> tuple[Stated, Score]:
+    with TemporaryDirectory() as folder:
+        told = of(Path(folder), config())
+    return told, scored(told.problem())
+
+
+def right() -> tuple[Stated, Score]:
+    """The study as it is and its quick fit, of which nothing else was asked yet; read once."""
+    told, score = _right()
+    return told, replace(score, asked={})
+
+
+@cache
+def frfs(file: str = FILES[0]) -> FrfSet:
+    """The FRFs of a file, by default of the first posture."""
+    return load_frf_set(DATA / file, FrfFileOptions())
 
 
 def written(folder: Path, data: dict[str, Any]) -> Path:

@@ -11,6 +11,7 @@ import pytest
 from identify.core.yaml_input import yaml_text
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
+from identify.setup import beside_springs as springs
 from identify.setup.beside_springs import (
     _again,
     _each_way,
@@ -23,6 +24,7 @@ from identify.setup.beside_springs import (
 from identify.setup.diagnosis import Diagnosis, _joined
 from identify.setup.edits import Edit, Entries, OnLink, edited, in_words
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, scored
 from identify.setup.search import Candidate, glanced, glances, of_kinds, without
 from identify.setup.soft import LINES, read_otherwise, softened, with_springs
@@ -39,8 +41,11 @@ PAIRS = ((15.0, 0.0), (15.0, 30.0))
 KEY = ("measurements", 0, "correct", "outputs")
 
 
-def test_several_channels_are_found_together(tmp_path: Path) -> None:
-    """Two points exchanged and a third one reversed: each is right beside the other."""
+def test_several_channels_are_found_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two points exchanged and a third one reversed: each is right beside the other, and signs of joints are
+    asked as well; all else takes most of the time.
+    """
+    monkeypatch.setattr(springs, "KINDS", {"joint-sign": KINDS["joint-sign"]})
     wrong = Correction(nodes={5: 9, 9: 5}, outputs={"12": -1.0})
     told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)))
     found = beside_springs(told, scored(told.problem()))
@@ -52,13 +57,11 @@ def test_several_channels_are_found_together(tmp_path: Path) -> None:
     assert found.gap_after < 0.5 * found.gap_before
     data = edited(told.data, found.edits)
     corrected = scored(studies.of(tmp_path, data).problem())
-    right = studies.of(tmp_path, studies.config())
-    assert corrected.cost == pytest.approx(scored(right.problem()).cost, rel=0.05)
+    assert corrected.cost == pytest.approx(studies.right()[1].cost, rel=0.05)
 
 
-def test_nothing_is_misread_in_a_right_study(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    assert beside_springs(told, scored(told.problem())) is None
+def test_nothing_is_misread_in_a_right_study() -> None:
+    assert beside_springs(*studies.right()) is None
 
 
 def test_mistakes_are_named_beside_twenty_effects(tmp_path: Path) -> None:
@@ -81,9 +84,9 @@ def test_what_is_kept_for_validation_is_looked_at_beside_uncertainty(tmp_path: P
     assert np.isfinite(within(scored(told.problem()), told.uncertainty).gap)
 
 
-def test_what_takes_a_common_factor_away_at_no_cost_may_stand_in_its_place(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    score = replace(scored(told.problem()), cost=8.0, level=-4.0)
+def test_what_takes_a_common_factor_away_at_no_cost_may_stand_in_its_place() -> None:
+    told, right = studies.right()
+    score = replace(right, cost=8.0, level=-4.0)
     base = Candidate(told, score)
     for cost, level, wanted in ((7.9, -0.1, True), (8.1, -0.1, False), (7.9, -3.9, False), (7.9, 4.0, False)):
         assert _levels(base, replace(base, score=replace(score, cost=cost, level=level))) == wanted
@@ -98,19 +101,19 @@ def test_of_common_factors_those_that_a_mistake_has(tmp_path: Path, factor: floa
     assert bool(found) == known
 
 
-def test_a_posture_that_is_off_by_little_is_no_mistake(tmp_path: Path) -> None:
+def test_a_posture_that_is_off_by_little_is_no_mistake() -> None:
     """Whatever explains it, such as two joints exchanged that are at about the same angle."""
-    told = studies.of(tmp_path, studies.config())
-    base = Candidate(told, softened(scored(told.problem())))
+    told, plain = studies.right()
+    base = Candidate(told, softened(plain))
     for turn, slight in ((3.0, True), (20.0, False)):
         edit = Edit(("joint_angles", "offset_deg"), [0.0, turn, 0, 0, 0, 0])
         seen = Candidate(told.changed([edit]), base.score, (Hypothesis("", "", (edit,), "zero"),))
         assert (_settled(base, seen) is base) == slight
 
 
-def test_a_fit_that_ended_in_a_valley_makes_no_mistake_of_what_leads_out_of_it(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    good = softened(scored(told.problem()))
+def test_a_fit_that_ended_in_a_valley_makes_no_mistake_of_what_leads_out_of_it() -> None:
+    told, plain = studies.right()
+    good = softened(plain)
     lost = replace(good, values=good.values * 1.5, cost=9.0)
     edit = Entries(KEY, {"5:+X": 1.0})
     best = Candidate(told.changed([edit]), good, (Hypothesis("", "", (edit,), "nothing"),))
@@ -119,10 +122,9 @@ def test_a_fit_that_ended_in_a_valley_makes_no_mistake_of_what_leads_out_of_it(t
     assert kept.score.cost <= 1.01 * good.cost
 
 
-def test_how_channels_are_read_leaves_the_model_as_it_is(tmp_path: Path) -> None:
+def test_how_channels_are_read_leaves_the_model_as_it_is() -> None:
     """The same predictions as of all built anew; a point on another link is another model."""
-    told = studies.of(tmp_path, studies.config())
-    plain = scored(told.problem())
+    told, plain = studies.right()
     soft = with_springs(replace(told, lines=LINES).problem(), plain.by_name)
     known = scored(soft, soft.initial, GaussNewton(evaluations=3), slopes=())
     swapped = told.changed([Edit(("measurements", 0, "correct", "nodes"), {5: 9, 9: 5})])
@@ -142,11 +144,8 @@ def test_how_channels_are_read_leaves_the_model_as_it_is(tmp_path: Path) -> None
     assert read_otherwise(swapped.problem(), plain) is None
 
 
-def test_a_hypothesis_is_looked_at_once_on_top_of_a_fit(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    told = studies.of(tmp_path, studies.config())
-    base = Candidate(told, scored(told.problem()))
+def test_a_hypothesis_is_looked_at_once_on_top_of_a_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    base = Candidate(*studies.right())
     some = list(of_kinds(base, ["quantity", "axes"]))
     first = glanced(base, some)
     costs = [cost for cost, _ in glances(base, some)]
@@ -155,9 +154,8 @@ def test_a_hypothesis_is_looked_at_once_on_top_of_a_fit(
     assert [cost for cost, _ in glances(base, some)] == costs
 
 
-def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    some = list(of_kinds(Candidate(told, scored(told.problem())), ["joint-offset", "joint-sign"]))
+def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at() -> None:
+    some = list(of_kinds(Candidate(*studies.right()), ["joint-offset", "joint-sign"]))
     kept = [one.sentence for one in _each_way(some)]
     offsets = [one for one in kept if "off by about" in one]
     assert len(offsets) == 2 * 6
@@ -165,20 +163,18 @@ def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at(tmp_path: Pat
     assert kept[len(offsets) :] == [one.sentence for one in some if one.moved is None]
 
 
-def test_what_promised_most_is_looked_at_again_beside_a_channel_alone(tmp_path: Path) -> None:
+def test_what_promised_most_is_looked_at_again_beside_a_channel_alone() -> None:
     """Another model makes other studies of all else."""
-    told = studies.of(tmp_path, studies.config())
-    score = scored(told.problem())
+    told, score = studies.right()
     channel, other = Hypothesis("", "", (), "sensor5", promise=3.0), Hypothesis("", "", (), "sign2")
     looked = [Candidate(told, score, (channel, one)) for one in (other, replace(channel, about="sensor6"))]
     assert _again(Candidate(told, score, (other, channel)), looked) == [other]
     assert _again(Candidate(told, score, (channel, other)), looked) == []
 
 
-def test_what_a_later_mistake_holds_too_is_not_left_out(tmp_path: Path) -> None:
+def test_what_a_later_mistake_holds_too_is_not_left_out() -> None:
     """Two joints' zeros are one key; two channels are entries of their own."""
-    told = studies.of(tmp_path, studies.config())
-    score = scored(told.problem())
+    told, score = studies.right()
     zeros = [Edit(("joint_angles", "offset_deg"), [0.0, turn, 0, 0, other, 0]) for turn, other in PAIRS]
     for edits, held in ((zeros, True), ([Entries(KEY, {"5": 2.0}), Entries(KEY, {"9": 2.0})], False)):
         wrong = tuple(Hypothesis("", "", (edit,), f"{n}") for n, edit in enumerate(edits))

@@ -68,9 +68,8 @@ def test_a_payload_in_other_axes_is_turned_back(tmp_path: Path) -> None:
     assert costs[best] < 0.25 * plain.cost
 
 
-def test_walls_and_ceiling_are_asked_where_gravity_is_not_stated(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    plain = scored(told.problem())
+def test_walls_and_ceiling_are_asked_where_gravity_is_not_stated() -> None:
+    told, plain = studies.right()
     found = list(KINDS["gravity"](told, plain))
     pulls = [told.changed(one.edits).robot.gravity for one in found]
     assert len({tuple(pull) for pull in pulls}) == 5
@@ -92,7 +91,7 @@ def test_a_window_that_is_not_told(tmp_path: Path) -> None:
     settled = [one for one in window.settled(score) if isinstance(one, Edit)]
     assert [one.key for one in settled] == [("measurements", n, "window_decay_per_s") for n in range(2)]
     assert settled[0].value == pytest.approx(8.0, rel=0.05)
-    assert not list(KINDS["window"](studies.of(tmp_path, studies.config()), plain)), "it is told"
+    assert not list(KINDS["window"](studies.right()[0], plain)), "it is told"
 
 
 def test_a_window_that_leaves_a_small_gap_is_named_with_what_puts_it_right(tmp_path: Path) -> None:
@@ -156,9 +155,7 @@ def test_what_a_brake_hid_is_asked_of_the_other_files(tmp_path: Path) -> None:
 
 
 def test_no_brake_where_files_agree_or_there_is_one(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
-    first = scored(told.problem())
-    assert brake(told, first) is None
+    assert brake(*studies.right()) is None
     alone = studies.of(tmp_path, studies.config(measurements=studies.each()[:1]))
     assert brake(alone, scored(alone.problem())) is None
 

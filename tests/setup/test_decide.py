@@ -67,10 +67,9 @@ def test_a_mistake_that_the_others_do_not_need_is_left_out(order: tuple[str, str
     assert best.codes == ("joint-sign",)
 
 
-def test_what_makes_no_study_is_no_rival(tmp_path: Path) -> None:
+def test_what_makes_no_study_is_no_rival() -> None:
     """A payload of nothing leaves as much as no payload, and ends no diagnosis."""
-    told = studies.of(tmp_path, studies.config())
-    score = scored(told.problem())
+    told, score = studies.right()
     body = [{"link": "link6", "mass_kg": 0.0, "centre_m": [0, 0, 0]}]
     edit = Edit(("robot", "payload"), body)
     nothing = Hypothesis("payload", "", (), "payload", lambda _: (edit,))
@@ -137,12 +136,11 @@ def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
     assert _better(replace(plain, score=replace(plain.score, cost=1e-9)), tried) == tried
 
 
-def test_bodies_are_told_by_every_spring(tmp_path: Path) -> None:
+def test_bodies_are_told_by_every_spring() -> None:
     """A study's own model may leave more than a wrong unit does; of bodies that are the same up to a common
     factor the first needs none.
     """
-    told = studies.of(tmp_path, studies.config())
-    score = scored(told.problem())
+    told, score = studies.right()
 
     def candidate(cost: float, soft: float, level: float) -> Candidate:
         asked = {"softened": replace(score, cost=soft, level=level)}
@@ -159,11 +157,11 @@ def test_bodies_are_told_by_every_spring(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("cost", "level", "asked"), [(0.9, 0.1, False), (1.1, 0.1, True), (0.9, 2.0, True)])
 def test_a_set_up_that_is_roughly_right_is_not_asked_beside_springs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, cost: float, level: float, asked: bool
+    monkeypatch: pytest.MonkeyPatch, cost: float, level: float, asked: bool
 ) -> None:
     """Whatever its noise makes of the gap."""
-    told = studies.of(tmp_path, studies.config())
-    score = replace(scored(told.problem()), cost=cost, level=level)
+    told, right = studies.right()
+    score = replace(right, cost=cost, level=level)
     score.asked.update(softened=replace(score, cost=2.0, asked={}), within=Within(50.0, 1.0))
     beside = list[Score]()
     monkeypatch.setattr(
@@ -176,10 +174,9 @@ def test_a_set_up_that_is_roughly_right_is_not_asked_beside_springs(
     assert beside == ([score] if asked else [])
 
 
-def test_a_factor_that_an_own_model_has_is_dropped_beside_springs(tmp_path: Path) -> None:
+def test_a_factor_that_an_own_model_has_is_dropped_beside_springs() -> None:
     """With the mistakes beside it, or alone; it may stand for a power of j omega."""
-    told = studies.of(tmp_path, studies.config())
-    score = scored(told.problem())
+    told, score = studies.right()
     sign = Hypothesis("joint-sign", "a sign", (Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1]),), "sign2")
     factor = Factor(0.0068, "0.0068 times")
     nothing = Found(Looked(9.0), score)
@@ -210,11 +207,11 @@ def test_mistakes_are_chosen_again_beside_the_others(tmp_path: Path) -> None:
     assert "9.807" in factor.sentence or "0.102" in factor.sentence
 
 
-def test_few_lines_are_looked_at_in_hertz_and_in_rad_per_s(tmp_path: Path) -> None:
-    told = studies.of(tmp_path, studies.config())
+def test_few_lines_are_looked_at_in_hertz_and_in_rad_per_s() -> None:
+    told, score = studies.right()
     lines = {len(target.data.frequency_hz) for target in frf_targets(told.problem())}
     assert lines == {LINES}
-    [fast] = radians_per_second(told, scored(told.problem()))
+    [fast] = radians_per_second(told, score)
     spread = [target.data.frequency_hz for target in frf_targets(told.changed(fast.edits).problem())]
     assert all(len(one) <= LINES and one.max() < 80 for one in spread)
 

@@ -13,7 +13,6 @@ import pytest
 
 from identify.measured.correction import Correction, turned
 from identify.measured.frf_records import FrfFileOptions
-from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
 from identify.measured.uff.write import write_uff58
 from identify.robot.units import POUND_KG
@@ -24,8 +23,6 @@ from identify.setup.registry import KINDS
 from identify.setup.score import Score, scored
 from identify.setup.stated import Stated
 from identify.vibration.given import base_axes
-from identify.vibration.problem import load_problem
-from identify.vibration.study import read_study
 from tests.setup import studies
 
 
@@ -71,13 +68,12 @@ READ: dict[str, tuple[Correction, str, str]] = {
 def _in_the_room(folder: Path) -> list[dict[str, Any]]:
     """Files whose channels are along the axes of the base."""
     found = studies.each()
-    problem = load_problem(read_study(studies.written(folder, studies.config())))
+    problem = studies.right()[0].problem()
     for one, m in zip(found, problem.measurements, strict=True):
-        assert isinstance(m.given.data, FrfSet)
         engine = m.system.site.engine
         axes = {node: base_axes(engine, point).T for node, point in problem.points.items()}
-        data = load_frf_set(Path(one["file"]), FrfFileOptions())
         path = folder / Path(one["file"]).name
+        data = studies.frfs(path.name)
         told = turned(data, axes, path.name)
         write_uff58(path, replace(told, coherence=data.coherence, noise=None))
         one["file"] = str(path)
@@ -111,10 +107,9 @@ FILES: dict[str, tuple[str, Callable[[Path], Any], str, str]] = {
 """The key with files of its own, and the code and words of the hypothesis."""
 
 
-@pytest.fixture(scope="module")
-def right(tmp_path_factory: pytest.TempPathFactory) -> tuple[Stated, Score]:
-    one = studies.of(tmp_path_factory.mktemp("right"), studies.config())
-    return one, scored(one.problem())
+@pytest.fixture
+def right() -> tuple[Stated, Score]:
+    return studies.right()
 
 
 def test_the_right_study_explains_its_data(right: tuple[Stated, Score]) -> None:
@@ -190,8 +185,8 @@ def test_a_common_factor_is_read_off(
 def test_frequencies_in_rad_per_s_are_seen_by_the_drives(tmp_path: Path) -> None:
     """Accelerances are the same functions of scaled frequencies, so only the size of stiffnesses tells."""
     right = studies.of(tmp_path, studies.config(measurements=studies.each(correct={"frequency": "rad/s"})))
-    stiff, true = scored(right.problem()), scored(studies.of(tmp_path, studies.config()).problem())
-    assert sag(stiff) > sag(true)  # what was read as rad/s is lower by 2 pi
+    stiff = scored(right.problem())
+    assert sag(stiff) > sag(studies.right()[1])  # what was read as rad/s is lower by 2 pi
     assert not list(radians_per_second(right, stiff)), "it is stated already"
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Complex
 from identify.core.parameters import Scale
-from identify.vibration.log_shape import LogShape
+from identify.vibration.log_shape import LogShape, frf_targets
 from identify.vibration.problem import Measurement, Problem, load_problem
 from identify.vibration.study import read_study
 from tests.setup.studies import config, written
@@ -33,6 +34,16 @@ def test_the_first_measurement_alone_is_a_study_of_it(problem: Problem) -> None:
     alone = LogShape(replace(problem, measurements=problem.measurements[:1]))
     assert LogShape(problem).of_first().costs(values) == pytest.approx(alone.costs(values))
     assert LogShape(problem).costs(values) != pytest.approx(alone.costs(values), rel=1e-3)
+
+
+def test_all_measurements_are_seen_in_their_order(tmp_path: Path) -> None:
+    """Also where the first is kept for validation."""
+    measured = config()["measurements"]
+    kept = config(measurements=[{**measured[0], "use": "validate"}, *measured[1:]])
+    problem = load_problem(read_study(written(tmp_path, kept)))
+    targets = frf_targets(problem)
+    assert len(targets) == 2
+    assert all(one is m.target for one, m in zip(targets, problem.measurements, strict=True))
 
 
 def test_a_delay_turns_phases_and_no_magnitudes(problem: Problem) -> None:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -50,15 +50,20 @@ class Beam:
         inner = [f"{name}_at_{number}_of_{parts}" for number in range(1, parts) for name in _NAMES]
         return [*inner, *_NAMES]
 
-    @property
+    @cached_property
     def length(self) -> float:
         """m."""
         return float(np.linalg.norm(self.end - self.start))
 
-    @property
+    @cached_property
     def axis(self) -> Array:
         """(3,), unit, from start to end."""
         return (self.end - self.start) / self.length
+
+    @cached_property
+    def _sideways(self) -> Array:
+        """(2, 3), unit: where the end goes in either plane."""
+        return cross(self.across, self.axis)
 
     def deformations(self) -> list[Deformation]:
         """Displacement and rotation (6,) of a point (3,), or of several (..., 3), for a unit of each
@@ -101,13 +106,12 @@ class Beam:
         inside = (x >= 0) & (x <= 1)
         plane, turns = divmod(coordinate, 2)
         if coordinate == len(_NAMES) - 1:
-            bent, slope, about = np.zeros_like(x), x, self.axis
-        else:
-            about = self.across[plane]
-            bent = side * size * (x**3 - x**2) if turns else 3 * x**2 - 2 * x**3
-            slope = 3 * x**2 - 2 * x if turns else side * (6 * x - 6 * x**2) / size
-        rotation = np.where(inside, slope, 0.0)[..., None] * about
-        deflection = np.where(inside, bent, 0.0)[..., None] * cross(about, self.axis)
+            rotation = (inside * x)[..., None] * self.axis
+            return np.concatenate([cross(rotation, lever), rotation], axis=-1)
+        bent = side * size * (x - 1) * x**2 if turns else (3 - 2 * x) * x**2
+        slope = (3 * x - 2) * x if turns else side * (1 - x) * x * (6 / size)
+        rotation = (inside * slope)[..., None] * self.across[plane]
+        deflection = (inside * bent)[..., None] * self._sideways[plane]
         return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
 
 

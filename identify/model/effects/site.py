@@ -95,6 +95,14 @@ class Site:
         return max(own, _LEAST_CARRIED * self.carried(before))
 
     @cached_property
+    def _deformed(self) -> dict[str, list[tuple[int, Deformation]]]:
+        """The columns that deform each link, and how."""
+        found = dict[str, list[tuple[int, Deformation]]]()
+        for column, (link, deformation) in self.deformations.items():
+            found.setdefault(link, []).append((column, deformation))
+        return found
+
+    @cached_property
     def gravity_stiffness(self) -> Array:
         """K_g (n, n): derivative of the generalised gravity forces of everything that has a weight without a
         parameter.
@@ -108,13 +116,13 @@ class Site:
         motion = self.engine.jacobian(frame, point, where) @ self.shapes
         mechanism = self.engine.mechanism
         body, pose = mechanism.frame(frame, where)
-        for column, (link, deformation) in self.deformations.items():
+        for link, columns in self._deformed.items():
             owner, link_pose = mechanism.frames[link]
             if owner == body:
                 inside = link_pose[:3, :3].T @ (pose[:3, :3] @ point + pose[:3, 3] - link_pose[:3, 3])
                 turn = pose[:3, :3].T @ link_pose[:3, :3]
-                moved = deformation(inside)
-                motion[:, column] += np.concatenate([turn @ moved[:3], turn @ moved[3:]])
+                for column, deformation in columns:
+                    motion[:, column] += (deformation(inside).reshape(2, 3) @ turn.T).ravel()
         return np.asarray(motion)
 
     def base_jacobian(self, frame: str, point: Array, where: str) -> Array:

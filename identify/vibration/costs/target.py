@@ -307,17 +307,18 @@ class FrfTarget:
         slopes = compliant.by_columns(
             model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns]
         )
-        found = compliant.gradient(model, slopes, place[factors.owner[columns]], len(free))
+        found = np.zeros((*(h := model.h()).shape, len(free)), dtype=complex)
+        compliant.add_gradient(found, model, slopes, place[factors.owner[columns]])
         if len(broad):
             roles = ("stiffness", "damping", "mass")
             changes = {power: self.system.terms[role][broad] for power, role in enumerate(roles)}
             found[..., place[broad]] += compliant.by_matrices(model, changes)
         of_springs = zip(compliant.by_springs(model), (springs.compliance, springs.retardation), strict=True)
         for one, numbers in of_springs:
-            found += compliant.gradient(model, one, place[numbers][springs.owner], len(free))
+            compliant.add_gradient(found, model, one, place[numbers][springs.owner])
         if np.any(self._shortening[free]):
             found += compliant.shortened(model)[..., None] * self._shortening[free]
-        return model.h(), found
+        return h, found
 
     def _impacted(self, simulated: SimulatedImpact, values: Array) -> Complex:
         """What a hammer impact measures of a nonlinear system."""

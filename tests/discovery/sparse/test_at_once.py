@@ -69,7 +69,7 @@ class Hammered:
         name = self._name(case, seed, nodes) + extra.replace(": ", "_")
         if name not in self._read:
             arm = MAKES["compact"](seed).at_points(list(nodes))
-            spec = TestSpec(arm, seed=seed, postures=2, averages=2, binary=True, oversampling=4)
+            spec = TestSpec(arm, seed=seed, postures=2, averages=2, binary=True, oversampling=4, linear=True)
             generate(replace(hide(spec, case), case="test"), self._folder / name)
             config = config_of(self._folder / name, self._folder, extra=extra)
             self._read[name] = decimated(timed(load_problem(read_study(config))))
@@ -89,6 +89,11 @@ class Hammered:
 @pytest.fixture(scope="module")
 def hammered(tmp_path_factory: pytest.TempPathFactory) -> Hammered:
     return Hammered(tmp_path_factory.mktemp("hammered"))
+
+
+def one_posture(problem: Problem) -> Problem:
+    """The first posture alone."""
+    return replace(problem, measurements=problem.measurements[:1])
 
 
 def _read_twice(measurement: Any, node: int) -> Any:
@@ -142,7 +147,9 @@ def test_a_whole_sensor_is_named_and_a_right_one_is_not(
     hammered: Hammered, doubled: int, said: set[str]
 ) -> None:
     with one_thread():
-        named = explain(hammered.of("none", 4, doubled)).named
+        problem = hammered.of("none", 4, doubled)
+        # In one posture bodies stand for a gain of all FRFs.
+        named = explain(problem if doubled < 0 else one_posture(problem)).named
     assert {one.effect.sentence() for one in named} == said
     for one in named:
         assert list(one.values.values()) == pytest.approx([2.0], rel=0.01)
@@ -166,11 +173,11 @@ def test_a_sensor_pays_for_the_numbers_of_its_fault_alone(hammered: Hammered) ->
 def test_what_a_closed_gap_hides_is_looked_for_where_it_pays(hammered: Hammered) -> None:
     """Noise that is so large that the gap alone leaves nothing open."""
     with one_thread():
-        problem = hammered.of("absorber_l3", 4)
+        problem = one_posture(hammered.of("absorber_l3", 4))
         bearing = all_springs(problem, shrink=True)[2:3]
         away = dense_fit(problem, bearing, usual=False).gap
         loud = tuple(_noisier(m, away / 1.05) for m in problem.measurements)
-        problem, right = replace(problem, measurements=loud), hammered.of("none", 4)
+        problem, right = replace(problem, measurements=loud), one_posture(hammered.of("none", 4))
         fit = dense_fit(problem, bearing, usual=False)
         assert promising(problem, fit.values)
         assert not promising(right, dense_fit(right, bearing, usual=False).values)
@@ -299,7 +306,7 @@ def test_the_lower_part_of_a_band_has_its_lines_and_noise(hammered: Hammered) ->
 def test_a_base_that_rocks_about_axes_of_its_own_is_coupled(hammered: Hammered) -> None:
     """Stiffest and softest about axes that are turned from x and y: K has what the generator made of it."""
     with one_thread():
-        [base] = explain(hammered.of("turned_rocking", 9)).named
+        [base] = explain(one_posture(hammered.of("turned_rocking", 9))).named
     assert base.effect.sentence() == "compliance of the base (rx, ry, coupled)"
     hidden = hammered.truth("turned_rocking", 9)
     found = [base.values[f"base.{axes}.stiffness"] for axes in ("rx", "ry", "rx_ry")]
@@ -335,7 +342,7 @@ def test_a_bearing_is_softest_in_whatever_direction_it_is(
     near an axis, where next to nothing is open without it.
     """
     arm = MAKES["compact"](5).at_points(list(nodes))
-    spec = TestSpec(arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4)
+    spec = TestSpec(arm, seed=5, postures=postures, averages=2, binary=True, oversampling=4, linear=True)
     test = hide(spec, case)
     [effect] = test.effects
     softest = min(effect.stiffness)
@@ -354,7 +361,7 @@ def test_a_strut_is_scored_along_any_direction(hammered: Hammered) -> None:
     link2 from link3.
     """
     with one_thread():
-        [strut] = explain(hammered.of("ground_spring", 8)).named
+        [strut] = explain(one_posture(hammered.of("ground_spring", 8))).named
     assert strut.effect.sentence().startswith("spring between link")
 
 

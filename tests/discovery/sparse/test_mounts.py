@@ -36,7 +36,9 @@ SOFT = 2e-5
 
 
 def _with_payload(folder: Path) -> Problem:
-    spec = TestSpec(MAKES["compact"](4).at_points([5, 12, 14]), seed=4, averages=2, oversampling=8)
+    spec = TestSpec(
+        MAKES["compact"](4).at_points([5, 12, 14]), seed=4, averages=2, oversampling=8, linear=True
+    )
     generate(replace(spec, case="test"), folder / "test")
     test = json.loads((folder / "test" / "test.json").read_text())
     (folder / "test" / "test.json").write_text(json.dumps({**test, "payload": PAYLOAD}))

@@ -137,14 +137,15 @@ def test_gradients_of_frfs_are_exact(kind: str, robot: Robot) -> None:
 
         for column, number in enumerate(free):
             unit = span[number] * (np.arange(len(values)) == number)
-            # Curvature limits large steps, rounding small ones: one of them must do.
+            # Curvature limits large steps, rounding small ones: the first that does ends it.
             real = system.compliances is not None  # and not negative
-            expected = [
+            expected = (
                 _change(predict, values, step * unit, real=real) / (step * span[number])
-                for step in ((1e-4, 3e-5, 1e-5, 1e-6, 3e-7, 1e-7) if real else (2e-3, 1e-4, 1e-5))
-            ]
-            errors = [np.abs(gradient[..., column] - one).max() / np.abs(one).max() for one in expected]
-            assert min(errors) < 1e-6, (place.sentence(), parameters[number].name)
+                for step in ((1e-5, 1e-4, 3e-5, 1e-6, 3e-7, 1e-7) if real else (1e-4, 2e-3, 1e-5))
+            )
+            assert any(
+                np.abs(gradient[..., column] - one).max() < 1e-6 * np.abs(one).max() for one in expected
+            ), (place.sentence(), parameters[number].name)
 
 
 def _change(
