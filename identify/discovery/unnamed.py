@@ -55,7 +55,9 @@ def _left_open(state: State, until: float) -> dict[str, float]:
 
 
 def _variance(information: Array) -> Array:
-    """(f,): the diagonal of the inverse, of unknowns of very different sizes."""
-    size = np.sqrt(np.maximum(np.diag(information), 1e-300))
-    scaled = information / np.outer(size, size) + 1e-12 * np.eye(len(size))
-    return np.asarray(np.diag(np.linalg.inv(scaled)) / size**2)
+    """(f,): the diagonal of the inverse, of unknowns of very different sizes; zero where nothing is known."""
+    found, known = np.zeros(len(information)), np.flatnonzero(np.diag(information) > 0)
+    size = np.sqrt(np.diag(information)[known])
+    scaled = information[np.ix_(known, known)] / np.outer(size, size) + 1e-12 * np.eye(len(known))
+    found[known] = np.diag(np.linalg.inv(scaled)) / size**2
+    return found

@@ -56,7 +56,8 @@ def _both(problem: Problem) -> tuple[Uncertainty, Uncertainty, np.ndarray]:
     found = uncertainty(problem.targets(), Scale(problem.parameters), values)
     own, std = values[: len(found.std)], np.full(len(found.std), 0.01)
     low, high = (own * np.exp(sign * SIGMAS_95 * std) for sign in (-1, 1))
-    plain = replace(found, std=std, low=low, high=high)
+    known = ("determined",) * len(std)
+    plain = replace(found, std=std, low=low, high=high, status=known)
     return plain, with_left_open(problem, plain, values), values
 
 
@@ -117,3 +118,20 @@ def test_a_model_without_such_a_link_is_as_sure_as_it_was(shipped: Problem) -> N
     plain, wider, _ = _both(shipped)
     assert wider.low == pytest.approx(plain.low)
     assert plain.notes == wider.notes
+
+
+def test_a_link_by_compliance_leaves_as_much_open(tmp_path: Path, bends: Problem) -> None:
+    """Whose stiffnesses are no parameters, and may be infinite."""
+    path = _config(tmp_path)
+    path.write_text(path.read_text().replace("link: link2}", "link: link2, shrink: true}"))
+    soft = load_problem(read_study(path))
+    stiff = dict(zip((p.name for p in bends.parameters), bends.initial, strict=True))
+    values = soft.initial.copy()
+    for number, p in enumerate(soft.parameters):
+        if p.name.endswith(".compliance"):
+            values[number] = 1 / stiff[p.name.replace("compliance", "stiffness")]
+    expected = dict(zip((p.name for p in bends.of_effects), left_open(bends, bends.initial), strict=True))
+    found = dict(zip((p.name for p in soft.of_effects), left_open(soft, values), strict=True))
+    assert found["joint2.rz.stiffness"] == pytest.approx(expected["joint2.rz.stiffness"], rel=1e-6)
+    rigid = np.where([p.name.endswith(".compliance") for p in soft.parameters], 0.0, values)
+    assert not left_open(soft, rigid).any()

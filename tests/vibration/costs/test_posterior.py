@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 from identify.core.parameters import Scale
 from identify.discovery.decimated import decimated
+from identify.fitting.optimizers.base import Search
 from identify.model.effects.base import parse_effect
 from identify.vibration.costs import frf_least_squares
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
@@ -96,3 +98,45 @@ def test_a_stage_begins_without_what_was_computed_before(problem: Problem) -> No
     begun = objective.at(values)
     assert begun.costs(values[None]) == fresh
     assert begun.bend(values, free, sides) is None
+
+
+def _soft(problem: Problem, std: float) -> Problem:
+    """With a bearing by compliance, known to be small."""
+    more = {"kind": "joint-compliance", "joints": [2], "axes": ["rx", "ry"], "shrink": True}
+    effects = [*problem.file.study.effects, parse_effect({**more, "compliance_std": std})]
+    return with_effects(problem, effects, {})
+
+
+def test_a_known_compliance_costs_its_square(problem: Problem) -> None:
+    """As a residual, with its derivative, and as information of the search scale."""
+    soft, std = _soft(problem, 1e-8), 1e-8
+    objective = PosteriorObjective(FrfLeastSquares(), soft.targets())
+    plain = PosteriorObjective(FrfLeastSquares(), replace(soft.targets(), priors=()))
+    number = next(n for n, p in enumerate(soft.parameters) if p.name == "joint2.rx.compliance")
+    values, scale = soft.initial.copy(), Scale(soft.parameters)
+    values[number] = 3e-8
+    other = next(n for n, p in enumerate(soft.parameters) if p.name == "joint2.ry.compliance")
+    values[other] = 0.0
+    more = objective.costs(values[None])[0] ** 2 - plain.costs(values[None])[0] ** 2
+    assert more * objective.count == pytest.approx(9.0, rel=1e-6)
+    row = list(scale.free).index(number)
+    change = objective.product(values, scale.free) - plain.product(values, scale.free)
+    assert change[row, row] == pytest.approx(std**-2)
+    assert change[row, -1] == pytest.approx(3e-8 / std**2)
+    step = scale.slope(scale.to_x(values))[row]
+    assert scale.prior_information()[row] == pytest.approx((step / std) ** 2)
+
+
+def test_residuals_bend_within_the_bounds(problem: Problem) -> None:
+    """Beyond a compliance of zero there is no model: the bend is that along all else."""
+    soft = _soft(problem, 1e-8)
+    scale = Scale(soft.parameters)
+    values = np.where([p.name.endswith(".compliance") for p in soft.parameters], 0.0, soft.initial)
+    search = Search(PosteriorObjective(FrfLeastSquares(), soft.targets()), scale, 10)
+    x = scale.to_x(values)
+    search.product(x)
+    rigid = np.array([soft.parameters[n].name.endswith(".compliance") for n in scale.free])
+    bend = search.bend(x, np.where(rigid, 0.5, 0.01))
+    expected = search.bend(x, np.where(rigid, 0.0, 0.01))
+    assert bend is not None and np.count_nonzero(rigid) == 2
+    assert np.array_equal(bend, expected)
