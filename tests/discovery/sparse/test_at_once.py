@@ -41,7 +41,8 @@ from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.all_springs import all_springs
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem, load_problem, with_effects
+from identify.vibration.nuisances.settings import FORMS_ALONE
+from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
 from tests.generator.cases import hide
@@ -417,7 +418,7 @@ def test_a_fit_that_was_led_astray_comes_back_afresh(hammered: Hammered) -> None
     assert again.objective == pytest.approx(fit.objective, abs=2.0)
 
 
-def test_a_link_is_tried_as_usual_links_bend(hammered: Hammered) -> None:
+def test_a_link_is_tried_as_usual_links_bend(hammered: Hammered, monkeypatch: pytest.MonkeyPatch) -> None:
     with one_thread():
         problem = hammered.of("link4_flex+tilt_j5+tilt_j4", 5)
         bearings = [one for one in all_springs(problem, shrink=True) if not isinstance(one, LinkFlexibility)]
@@ -426,10 +427,22 @@ def test_a_link_is_tried_as_usual_links_bend(hammered: Hammered) -> None:
         assert len(trials) == len(problem.robot.links) - 2  # neither the base nor the last
         for trial in trials:
             assert len(trial.values) == 3 and min(trial.values.values()) > 0
-        [bent] = _softer(found, 5.0)
+        [bent] = _softer(found)
         assert bent.new(bent.effects) == [] and bent.gap < 0.6 * found.gap
         assert [one.link for one in bent.effects if isinstance(one, LinkFlexibility)] == ["link4"]
-        assert not _softer(bent, 1e4)  # none pays that
+        monkeypatch.setattr(Found, "price", property(lambda _: 1e4))
+        assert not _softer(bent)  # none pays that
+
+
+def test_nuisance_parameters_are_not_priced(hammered: Hammered) -> None:
+    """Their priors pay for them: a link is not dearer for its uncertain form."""
+    problem = hammered.of("tilt_j2", 4)
+    link = [LinkFlexibility(link="link2", shrink=True)]
+    plain, formed = (
+        Unknowns(with_more(one, link), 1) for one in (problem, with_uncertainty(problem, FORMS_ALONE))
+    )
+    assert formed.nuisances.sum() > 20
+    assert formed.size == plain.size
 
 
 def test_a_fit_that_cannot_reach_its_rival_ends(hammered: Hammered) -> None:
