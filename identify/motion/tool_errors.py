@@ -30,7 +30,9 @@ class ToolErrors:
     known: Array
 
     @classmethod
-    def of(cls, rigid: MovingArm, angles: Array, tool: tuple[str, Array], seen: Array, std: float) -> ToolErrors:
+    def of(
+        cls, rigid: MovingArm, angles: Array, tool: tuple[str, Array], seen: Array, std: float
+    ) -> ToolErrors:
         """Of places `seen` (samples, 3), m, by the point of a frame of an arm at joint angles (samples,
         joints), whose zeros are known, as the tracker's axes, to std, rad.
         """

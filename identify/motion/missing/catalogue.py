@@ -4,7 +4,7 @@ simulator that are zero or as the study says, or as springs that are rigid.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,6 +48,15 @@ class Kind:
         said = f"{self.name} of {of} not as stated" if self.relative else f"{self.name} of {of}"
         rows = zip(self.where, self.present, strict=True)
         return MotionCandidate(name=said, numbers={key: self._number(row, joints) for key, row in rows})
+
+    def away(self, values: Mapping[str, float], joint: int) -> Array:
+        """How far the numbers (k,) of a joint (from 0) are from where they are absent or as stated, in their
+        sizes, at values by name.
+        """
+        now = np.array([values[f"joint{joint + 1}.{key}"] for key in self.where])
+        present = self.present[:, joint]
+        moved = np.log(now / present) if self.relative else now - present
+        return np.asarray(moved / self.size[joint])
 
     def _number(self, present: Array, joints: Sequence[int]) -> JointNumber:
         at = np.array(joints) - 1
