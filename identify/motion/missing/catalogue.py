@@ -5,7 +5,7 @@ simulator that are zero or as the study says, or as springs that are rigid.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -100,14 +100,18 @@ def loads(problem: MotionProblem, values: Array) -> Loads:
 
 
 def kinds(problem: MotionProblem, values: Array) -> list[Kind]:
-    """All of a problem at parameter values (parameters,) but what is searched of all joints already."""
+    """All of a problem at parameter values (parameters,) but what is searched already of a joint: the same
+    number has not another name then.
+    """
     load, arrays = loads(problem, values), problem.table.arrays(values[None])
     present = {where: rows[0] for where, rows in arrays.items()}
-    searched = {
-        where for where, (joints, _) in problem.table.columns.items() if len(joints) == len(load.torque)
-    }
-    found = [*_absent(present, load), *_stated(present, load)]
-    return [kind for kind in found if not searched & set(kind.where) and np.isfinite(kind.size).any()]
+    found = []
+    for kind in [*_absent(present, load), *_stated(present, load)]:
+        size = kind.size.copy()
+        for joints, _ in (problem.table.columns[key] for key in kind.where if key in problem.table.columns):
+            size[joints] = np.nan
+        found.append(replace(kind, size=size))
+    return [kind for kind in found if np.isfinite(kind.size).any()]
 
 
 def _absent(present: dict[str, Array], load: Loads) -> list[Kind]:
