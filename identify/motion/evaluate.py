@@ -258,7 +258,7 @@ def _comparisons(
     """Of the number-th of `count` records that moved together."""
     if record.measured is None:
         return {}
-    noise, phases = problem.file.study.noise, record.settings.phases_s
+    noise, phases, time_s = problem.file.study.noise, record.settings.phases_s, record.measured.time_s
     now = simulated(problem, motion, record, number, count)
     before = simulated(*first, record, number, count) if first is not None else {}
     found = {}
@@ -268,13 +268,13 @@ def _comparisons(
             before[quantity][0] if quantity in before else None,
         )
         rms = [
-            phase_rms(beside(quantity, model, measured), record.measured.time_s, phases)
+            phase_rms(beside(quantity, model, record, np.array(noise.get(quantity, 0.0))), time_s, phases)
             for model in (values[0], begun)
             if model is not None
         ]
         found[quantity] = results.TrajectoryComparison(
             unit=unit(quantity),
-            time_s=record.measured.time_s,
+            time_s=time_s,
             measured=measured,
             initial=begun,
             simulated=values[0],

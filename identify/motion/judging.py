@@ -4,7 +4,7 @@ one model over another.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -89,11 +89,13 @@ class JudgingRecords:
     """Gains on all records, confirmed by those that judge.
 
     models: among which gains are compared, on one scale; least: log odds of the records that judge, where
-    these were not fitted, from which they confirm a gain.
+    these were not fitted, from which they confirm a gain; prior: natural logarithm of how likely a model is
+    before any data.
     """
 
     models: Sequence[FittedMotion] = ()
     least: float = 0.0
+    prior: Callable[[FittedMotion], float] = lambda _: 0.0
 
     def gain(self, before: FittedMotion, after: FittedMotion) -> Gain:
         """Log odds from the likelihood of Gaussian residuals; explained: the fraction of the gap that goes.
@@ -111,6 +113,7 @@ class JudgingRecords:
         judged = np.inf if len(odds) == judging else float(odds[:judging].sum())
         price = (after.free - before.free) / 2 * np.log(max(independent, 2.0))
         confirmed = after.gap < before.gap and judged > self.least
+        price += self.prior(before) - self.prior(after)
         return Gain(float(odds.sum() - price), 1 - after.gap / before.gap, confirmed)
 
     def _log_odds(self, before: FittedMotion, after: FittedMotion) -> tuple[Array, float]:

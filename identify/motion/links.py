@@ -1,7 +1,8 @@
-"""Links that bend and twist in motion: each a hinge about three axes in the middle between its joints.
+"""Links that bend and twist in motion: each gives way in the middle between its joints, about three axes and
+across the link.
 
-Under a moment at its end a uniform cantilever turns and moves there exactly as a hinge of EI/L in its middle
-does; under a force it turns as far, and moves by a third of F L^3/EI where the hinge moves by a fourth.
+There the compliance of a uniform cantilever has no coupling: under whatever loads at its end it turns and
+moves as a hinge of EI/L in its middle that also gives way across the link, by 12 EI/L^3.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from identify.robot.description import Link, Robot, merge
 from identify.robot.engine_motion import MovingArm
 from identify.robot.posture import Body
 
-AXES = {"bending_1": "rx", "bending_2": "ry", "torsion": "rz"}
-"""Of the hinge, by what the effect's stiffnesses are called: z along the link."""
+AXES = {"bending_1": ("rx", "ty"), "bending_2": ("ry", "tx"), "torsion": ("rz",)}
+"""Of the middle, by what the effect's stiffnesses are called: z along the link."""
 
 
 def moving_arm(robot: Robot, effects: Sequence[Spring]) -> MovingArm:
@@ -46,14 +47,16 @@ def damping_of(key: str) -> str:
     return "damping" if key == "stiffness" else f"{key}_damping"
 
 
-def coordinates(robot: Robot, effects: Sequence[Spring]) -> dict[str, tuple[str, float]]:
-    """Of each stiffness of links, by name, its coordinate and how stiff that is per unit, 1/m."""
-    return {
-        f"{effect.link}.{name}": (f"link{effect.number(robot)}.{axis}", 1 / effect.beam(robot).length)
-        for effect in effects
-        if isinstance(effect, LinkFlexibility)
-        for name, axis in AXES.items()
-    }
+def coordinates(robot: Robot, effects: Sequence[Spring]) -> dict[str, dict[str, float]]:
+    """Of each stiffness of links, by name, its coordinates and how stiff they are per unit, 1/m and 1/m^3."""
+    found = dict[str, dict[str, float]]()
+    for effect in effects:
+        if isinstance(effect, LinkFlexibility):
+            length, place = effect.beam(robot).length, f"link{effect.number(robot)}"
+            units = {"r": 1 / length, "t": 12 / length**3}
+            for name, axes in AXES.items():
+                found[f"{effect.link}.{name}"] = {f"{place}.{axis}": units[axis[0]] for axis in axes}
+    return found
 
 
 def _half(robot: Robot, effect: LinkFlexibility) -> Body:

@@ -100,15 +100,15 @@ class MotionProblem:
         study = self.file.study.model_copy(update=changed)
         return replace(self, file=self.file.model_copy(update={"study": study}))
 
-    def row(self, place: str) -> tuple[int, float]:
-        """Number of the coordinate that a spring, such as joint1.rz, acts on, and how stiff that is per unit
-        of the spring's.
+    def rows(self, place: str) -> list[tuple[int, float]]:
+        """Numbers of the coordinates that a spring, such as joint1.rz, acts on, and how stiff each is per
+        unit of the spring's.
         """
-        coordinate, unit = self._links.get(place, (place, 1.0))
-        return self.arm.names.index(coordinate), unit
+        own = self._links.get(place, {place: 1.0})
+        return [(self.arm.names.index(coordinate), unit) for coordinate, unit in own.items()]
 
     @cached_property
-    def _links(self) -> dict[str, tuple[str, float]]:
+    def _links(self) -> dict[str, dict[str, float]]:
         return coordinates(self.robot, self.file.study.effects)
 
     def passive(self, values: Array, numbers: Mapping[str, Array]) -> Passive:
@@ -118,9 +118,9 @@ class MotionProblem:
         armature[:, self.arm.drive] = numbers["gear.ratio"] ** 2 * numbers["motor.rotor_inertia"]
         for column, spring in enumerate(self.springs):
             place, what = spring.name.rsplit(".", 1)
-            row, unit = self.row(place)
             target = stiffness if what == "stiffness" else damping
-            target[:, row] = unit * values[:, column]
+            for row, unit in self.rows(place):
+                target[:, row] = unit * values[:, column]
         return Passive(armature, stiffness, damping)
 
     def run(

@@ -18,6 +18,7 @@ from identify.motion.command import Command, Move, moves_command, tabulated
 from identify.motion.fed import FedMotion, fed_motion
 from identify.motion.path import joint_path
 from identify.motion.study import MotionFile, RecordSettings, TrackerSettings
+from identify.motion.tool_errors import ToolErrors
 from identify.motion.tracker import Registration, registered
 from identify.robot.description import Robot
 from identify.robot.engine_motion import MovingArm
@@ -33,8 +34,8 @@ _BEGINS = np.radians(0.5)
 class PreparedRecord:
     """One motion: what it is, its command at the controller's ticks, the torque (ticks, joints) that this
     takes at the gear output without rotors, and what was measured, if anything; tool (samples, 3), m: where
-    the tool was seen; fed: the recorded motion, where that moves the drives; registration: of the tracker,
-    where it has a frame of its own.
+    the tool was seen, and tool_errors: what that may be off by; fed: the recorded motion, where that moves
+    the drives; registration: of the tracker, where it has a frame of its own.
     """
 
     settings: RecordSettings
@@ -42,6 +43,7 @@ class PreparedRecord:
     torque: Array
     measured: MotionRecord | None
     tool: Array | None = None
+    tool_errors: ToolErrors | None = None
     fed: FedMotion | None = None
     registration: Registration | None = None
 
@@ -122,7 +124,12 @@ def read_recording(file: MotionFile, rigid: MovingArm, settings: RecordSettings)
     if measured.tool is not None and measured.tool.frame == "own" and seen is not None:
         laid = registered(seen, read.time_s, _driven(file, rigid, command, time, read), _CLOCK_S)
         seen = laid.places
-    record = PreparedRecord(settings, command, _torque(rigid, command), read, seen, registration=laid)
+    errors = None
+    if seen is not None and measured.tool is not None and file.study.tool is not None:
+        tool = file.study.tool.link, np.array(file.study.tool.at_m)
+        wanted, std = _wanted(command, time, read), np.radians(measured.tool.within_deg)
+        errors = ToolErrors.of(rigid, wanted, tool, seen, float(std))
+    record = PreparedRecord(settings, command, _torque(rigid, command), read, seen, errors, registration=laid)
     if settings.recorded_motion_hz is None:
         return record
     read.signal("motor_position")
@@ -136,10 +143,15 @@ def _driven(file: MotionFile, rigid: MovingArm, command: Command, time: Array, r
     tool = file.study.tool
     if tool is None:
         raise InputError("tool", "missing, and a tracker saw it", "the point of the robot that it saw")
-    wanted = np.stack([np.interp(read.time_s, time, column) for column in command.position.T], axis=1)
+    wanted = _wanted(command, time, read)
     angles = read.signals.get("motor_position", wanted)
     angles = np.where(np.isnan(angles), wanted, angles)
     return rigid.frame_position(angles, tool.link, np.array(tool.at_m))
+
+
+def _wanted(command: Command, time: Array, read: MotionRecord) -> Array:
+    """Commanded angles (samples, joints), rad, at the samples of a record."""
+    return np.stack([np.interp(read.time_s, time, column) for column in command.position.T], axis=1)
 
 
 def _torque(rigid: MovingArm, command: Command) -> Array:

@@ -82,6 +82,12 @@ class TrackerSettings(Settings):
         description="own: the tracker's own axes and clock, which are laid on where the drives say that the"
         " tool was, by a rigid motion and an offset in time of at most half a second",
     )
+    within_deg: float = Field(
+        0.03,
+        ge=0,
+        description="to what its axes and the angles at which the drives are zero are known (standard"
+        " deviation): the tool is compared beyond what that, and a shift, moves it by",
+    )
 
 
 class RecordSettings(Settings):

@@ -159,7 +159,7 @@ class TrajectoryObjective(Objective):
         numbers = [next(n for n, one in enumerate(together) if one is record) for record in self.records]
         return [
             [
-                beside(quantity, seen, record.recorded[quantity]) / self.noise[quantity]
+                beside(quantity, seen, record, self.noise[quantity]) / self.noise[quantity]
                 for quantity, seen in simulated(self.problem, motion, record, number, len(together)).items()
                 if quantity in self.noise
             ]
@@ -271,16 +271,14 @@ def simulated(
     return found
 
 
-def beside(quantity: str, seen: Array, measured: Array) -> Array:
-    """Simulated (..., samples, k) less measured (samples, k); of the tool beyond the mean of a record,
-    because a tracker has a frame of its own and measures an arm that has sagged already.
+def beside(quantity: str, seen: Array, record: PreparedRecord, noise: Array) -> Array:
+    """Simulated (..., samples, k) less what a record measured of a quantity with this noise, () or (k,); of
+    the tool beyond what a tracker and the drives' zeros may be off by.
     """
-    difference = seen - measured
-    if quantity != TOOL:
+    difference = seen - record.recorded[quantity]
+    if quantity != TOOL or record.tool_errors is None:
         return difference
-    known = np.isfinite(difference)
-    total = np.sum(difference, axis=-2, keepdims=True, where=known)
-    return np.asarray(difference - total / np.maximum(known.sum(axis=-2, keepdims=True), 1))
+    return record.tool_errors.beyond(difference, float(np.sqrt(np.mean(np.square(noise)))))
 
 
 def _at(values: Array, ticks: Array, time: Array) -> Array:

@@ -25,6 +25,8 @@ _PASSES = 2
 """Passes that find dampers which depend on velocity, each of which may learn from what the last gave."""
 _DIFFERENCE = 1e-6
 """Of position, velocity and acceleration, for what inverse dynamics changes with them."""
+_HALF = ("tx", "ty", "rx", "ry", "rz")
+"""Coordinates of the far part of a link, z along it."""
 _RUNAWAY = 1e3
 """Velocity, rad/s or m/s, that no arm reaches: the controller is unstable."""
 
@@ -34,7 +36,8 @@ class MovingArm:
 
     names (n,): coordinates in the engine's order; drive (joints,): their numbers for the drives; elastic: the
     others'.  halves: the far part of links by their names, poses in the link's frame, which turns against the
-    near one about its own three axes, `link1.rx` and so on of the link behind joint 1.
+    near one about its own three axes and moves across the third, `link1.rx` and so on of the link behind
+    joint 1.
     """
 
     def __init__(
@@ -50,7 +53,7 @@ class MovingArm:
             axes[body.name] = elastic if body.name == "base" else ["drive", *elastic]
         for link, far in (halves or {}).items():
             self.mechanism = hinged(self.mechanism, link, far)
-        axes = {body.name: axes.get(body.name, list(AXES[3:])) for body in self.mechanism.bodies}
+        axes = {body.name: axes.get(body.name, list(_HALF)) for body in self.mechanism.bodies}
         self._axes = axes
         self.model = self.copies(1)
         self.names = tuple(f"{body}.{axis}" for body, own in axes.items() for axis in own)

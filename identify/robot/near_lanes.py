@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.core.arrays import Array, Index
+from identify.core.arrays import Array, Index, Mask
 from identify.robot.engine_motion import Lanes, MovingArm, Passive, Tangent
 
 _EVERY_S = 4e-3
@@ -36,8 +36,10 @@ class NearLanes(Lanes):
         self.force = np.zeros_like(position)
         self._tangent = Tangent(arm, more[0], np.flatnonzero((more != more[0]).any(axis=0)))
         self._heavier = self._by_leader((more - more[0])[:, self._tangent.heavier])
-        self._own = _different(arm, passive)
-        self._unit = np.eye(len(self._own))
+        others = _different(arm, passive)[::leading]
+        self._own = np.flatnonzero(others.any(axis=0))
+        self._few = _listed(others[:, self._own])
+        self._unit = np.eye(self._few.shape[1])
         self._every, self._steps = max(1, round(_EVERY_S / step_s)), 0
         self._first: _Pass | None = None
 
@@ -62,7 +64,10 @@ class NearLanes(Lanes):
         self._diagonal = self._passive.armature[0] + h * self._passive.damping[0]
         self._inverse = np.linalg.inv(self._mass + np.diag(self._diagonal))
         self._soft = self._inverse[:, self._own]
-        self._softest = self._soft[:, :, self._own]
+        own = self._own[self._few]
+        self._softest = self._inverse[
+            np.arange(lead)[:, None, None], own[:, None, :, None], own[:, None, None]
+        ]
 
     def _stepped(self, position: Array, velocity: Array, force: Array, damping: Array) -> tuple[Array, Array]:
         lead, h = self._leading, self.step_s
@@ -91,7 +96,8 @@ class NearLanes(Lanes):
 
         (M + A + h D) da = d(force - D (v + h a) - A a - K q) - R_q dq - R_v dv, with rotors A, a of the
         leading lane, d what is different from it, and R what inverse dynamics changes; what is a lane's own
-        in A + h D is of low rank (Woodbury).  A further pass has other dampers in the drives, and no more.
+        in A + h D is of low rank (Woodbury), at few coordinates.  A further pass has other dampers in the
+        drives, and no more.
         """
         own, armature = self._own, self._passive.armature
         if self._first is None:
@@ -115,9 +121,11 @@ class NearLanes(Lanes):
             if self._tangent.heavier.size:
                 faster -= self._loaded(np.einsum("ri,rjik->rjk", rate - first.rate, self._masses))
         extra = armature[:, own] + self.step_s * damping[:, own] - self._diagonal[own]
-        extra = self._by_leader(extra)
-        system = self._unit + self._softest * extra[..., None, :]
-        solved = np.linalg.solve(system, faster[..., own, None])[..., 0]
+        extra, few = self._by_leader(extra), self._few[:, None]
+        system = self._unit + self._softest * np.take_along_axis(extra, few, axis=2)[..., None, :]
+        moved = np.take_along_axis(faster[..., own], few, axis=2)
+        solved = np.zeros_like(extra)
+        np.put_along_axis(solved, few, np.linalg.solve(system, moved[..., None])[..., 0], axis=2)
         faster -= _product(extra * solved, self._soft)
         return np.asarray(faster + rate).reshape(position.shape)
 
@@ -159,11 +167,16 @@ def _product(rows: Array, matrices: Array) -> Array:
     return np.asarray(np.matmul(rows.swapaxes(0, 1), matrices).swapaxes(0, 1))
 
 
-def _different(arm: MovingArm, passive: Passive) -> Index:
-    """The coordinates whose inertia or damper may be different in different lanes: those of the drives, which
-    rub, among them.
+def _different(arm: MovingArm, passive: Passive) -> Mask:
+    """Which coordinates of each lane (m, n) have another inertia or damper than the first's, or may have:
+    those of the drives, which rub.
     """
-    rows = (passive.armature, passive.damping)
-    other = np.any([(row != row[0]).any(axis=0) for row in rows], axis=0)
-    other[arm.drive] = True
-    return np.flatnonzero(other)
+    other = np.any([rows != rows[0] for rows in (passive.armature, passive.damping)], axis=0)
+    other[:, arm.drive] = True
+    return np.asarray(other)
+
+
+def _listed(rows: Mask) -> Index:
+    """The columns that each row (c, n) has, (c, most), and after them others that it has not."""
+    most = int(rows.sum(axis=1).max())
+    return np.asarray(np.argsort(~rows, axis=1, kind="stable")[:, :most])

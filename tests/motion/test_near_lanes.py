@@ -21,7 +21,7 @@ from identify.motion.missing.screen import Promise, promises
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from tests.generator import hidden_motion
-from tests.motion import arms
+from tests.motion import arms, kobe_begins
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
@@ -119,23 +119,7 @@ def test_what_promises_most_is_the_same_by_the_dear_way(
 
 
 def test_the_base_of_the_kobe_circle_promises_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first third of a second: without a list of candidates, out of all that the catalogue has."""
-    problem = coarse(with_noise(load_motion(read_motion_study(ROOT / "configs/kobe_circle.yaml")))[0])
-    [record], last = problem.records, 1300
-    assert record.measured is not None and record.tool is not None
-    seen = record.measured.time_s <= last * problem.file.study.servo.period_s
-    read = replace(
-        record.measured,
-        time_s=record.measured.time_s[seen],
-        signals={name: rows[seen] for name, rows in record.measured.signals.items()},
-    )
-    command = replace(
-        record.command,
-        **{key: getattr(record.command, key)[:last] for key in ("position", "velocity", "acceleration")},
-    )
-    short = replace(
-        record, command=command, torque=record.torque[:last], measured=read, tool=record.tool[seen]
-    )
-    begun = replace(problem, records=(short,))
+    """The first 0.4 s: without a list of candidates, out of all that the catalogue has."""
+    begun = coarse(kobe_begins.first(1600))
     found = promises(FittedMotion(begun, Fit(begun.initial, 1.0, (), np.zeros((0, 5)), 0.0)))
     assert found[0].effect.name.startswith("compliance of the base")

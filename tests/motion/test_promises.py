@@ -16,9 +16,11 @@ from identify.fitting.fit import Fit
 from identify.motion.changed import coarse, with_effects, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing import screen
+from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.linear import Place, Sight, solutions
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
+from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import promises
 from identify.motion.missing.springs import SpringKind, rigid
 from identify.motion.missing.worth import worth
@@ -127,6 +129,24 @@ def test_of_a_class_of_springs_those_are_left_out_that_would_be_negative() -> No
     assert (whole.amplitudes >= 0).all()
 
 
+def test_of_two_that_do_the_same_the_usual_one_is_promised() -> None:
+    """A body that is to be six times as heavy, and a rotor of twice its inertia."""
+    rng = np.random.default_rng(2)
+    column, ones = rng.normal(size=(400, 1)), np.ones((1, 1))
+    body = Kind("mass", ("bodies.mass",), 0 * ones, 0.1 * ones[0], least=-0.9)
+    rotor = Kind("rotor", ("motor.rotor_inertia",), 1e-3 * ones, ones[0], relative=True)
+    residual = -column[:, 0] + 0.01 * rng.normal(size=400)
+    sight = Sight(residual, residual, np.zeros((400, 0)), 400.0, 2)
+    found = {
+        one.places[0].kind.name: one
+        for one in solutions([Place(body, 0, column / 5), Place(rotor, 0, column)], sight)
+    }
+    more = found["rotor"].log_odds - found["mass"].log_odds
+    assert more == pytest.approx(np.log(101 / (1 + np.log(2) ** 2)), rel=1e-3)
+    assert log_prior(body, [0], {"joint1.bodies.mass": 5.0}) == pytest.approx(-np.log(2501))
+    assert log_prior(rotor, [0], {"joint1.motor.rotor_inertia": 1e-3}) == 0
+
+
 def test_a_spring_that_nothing_shows_is_worth_nothing(tmp_path: Path) -> None:
     """Torsion and bending out of its plane of a link of a planar arm leave its own bending its worth."""
     problem = drawn(tmp_path, "flexibility of links")
@@ -136,7 +156,7 @@ def test_a_spring_that_nothing_shows_is_worth_nothing(tmp_path: Path) -> None:
     assert isinstance(promise.kind, SpringKind)
     softer = coarse(with_effects(problem, promise.effect.effects, promise.starts))
     model = FittedMotion(softer, Fit(softer.initial, 2.0, (), np.zeros((0, 5)), 0.0))
-    assert worth(model, promise.kind, promise.places) > 10
+    assert worth(model, promise.kind, promise.places).log_odds > 10
 
 
 def test_ticks_at_which_nothing_was_measured_need_not_be_kept(tmp_path: Path) -> None:

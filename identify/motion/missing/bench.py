@@ -12,18 +12,18 @@ import numpy as np
 from identify.core.thresholds import CONVINCING, MATERIAL
 from identify.fitting.fit import Fit, Progress, Start
 from identify.fitting.plan import StageSettings
-from identify.fitting.selection.gain import Rule
 from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
-from identify.motion.judging import FittedMotion, free_parameters
+from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
 from identify.motion.missing.catalogue import Kind, acts
 from identify.motion.missing.instead import instead
 from identify.motion.missing.linear import Place, effect_of
 from identify.motion.missing.long_steps import LongSteps, changed, foreseen
+from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import Lanes, Promise, look, promises
 from identify.motion.missing.springs import SpringKind
-from identify.motion.missing.worth import needed, worth
+from identify.motion.missing.worth import ENOUGH, needed, worth
 from identify.motion.plan import fitted_objective
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
@@ -52,8 +52,7 @@ _REFIT, _BRIEF = (
     for evaluations in (15, 4)
 )
 """To a hundredth of the squares: less than what an effect must take off."""
-_ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
-POLICY = Policy(admit=_ENOUGH, retain=(_ENOUGH,), rival_log_odds=3.0, persistent=True)
+POLICY = Policy(admit=ENOUGH, retain=(ENOUGH,), rival_log_odds=3.0, persistent=True)
 
 
 class MissingBench(MotionWorkbench):
@@ -102,6 +101,14 @@ class MissingBench(MotionWorkbench):
         """A problem beside records less the error of its step, where that is known."""
         records = self._fine.records if self._steps is None else self._steps.records(problem.step_s)
         return replace(problem, records=records)
+
+    def criterion(self, models: Sequence[FittedMotion]) -> JudgingRecords:
+        """By all records, on one scale, and by what is believed of amplitudes before."""
+        return replace(super().criterion(models), prior=self._prior)
+
+    def _prior(self, model: FittedMotion) -> float:
+        values, known = model.problem.by_name(model.fit.values), (self._known[e.name] for e in model.added)
+        return sum(log_prior(kind, places, values) for kind, places in known if kind is not None)
 
     def candidates(self, model: FittedMotion) -> list[MotionCandidate]:
         """Those that promise something to first order, the most promising first."""
@@ -192,12 +199,22 @@ class MissingBench(MotionWorkbench):
         kind, places = self._known[effect.name]
         if kind is None or len(places) < 2:
             return effect
-        kept = needed(model, kind, places)
+        kept = [n for n in needed(model, kind, places) if not self._usurps(model, effect, kind, n)]
         if not 0 < len(kept) < len(places):
             return effect
         leaner = effect_of(kind, kept)
         self._known[leaner.name] = kind, tuple(kept)
         return leaner
+
+    def _usurps(self, model: FittedMotion, effect: MotionCandidate, kind: Kind | SpringKind, at: int) -> bool:
+        """Whether an effect is at one of its places what would be convincing elsewhere only: hardly believed
+        before any data, and something else is likelier there, to first order.
+        """
+        if log_prior(kind, [at], model.problem.by_name(model.fit.values)) > -CONVINCING:
+            return False
+        places = [place for _, some in self._look(model) for place in some]
+        itself, *rest = instead(model, effect, kind, [at], places)
+        return any(one.log_odds > itself.log_odds for one in rest)
 
     def ended(self, model: FittedMotion) -> tuple[FittedMotion, dict[str, str]]:
         """The last model without places that others made needless, unless the judges miss them."""
@@ -218,7 +235,7 @@ class MissingBench(MotionWorkbench):
     def _worth(self, model: FittedMotion, effect: MotionCandidate) -> float:
         """Log odds for an effect of a model by the curvature there; none where it has no number."""
         kind, places = self._known[effect.name]
-        return 0.0 if kind is None else worth(model, kind, places)
+        return 0.0 if kind is None else worth(model, kind, places).log_odds
 
     def leave_out(self, model: FittedMotion, effects: Sequence[MotionCandidate]) -> list[FittedMotion]:
         """Refitted without each of them, and what is nothing without it."""

@@ -4,8 +4,8 @@ simulator that are zero or as the study says, or as springs that are rigid.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,6 +49,15 @@ class Kind:
         rows = zip(self.where, self.present, strict=True)
         return MotionCandidate(name=said, numbers={key: self._number(row, joints) for key, row in rows})
 
+    def away(self, values: Mapping[str, float], joint: int) -> Array:
+        """How far the numbers (k,) of a joint (from 0) are from where they are absent or as stated, in their
+        sizes, at values by name.
+        """
+        now = np.array([values[f"joint{joint + 1}.{key}"] for key in self.where])
+        present = self.present[:, joint]
+        moved = np.log(now / present) if self.relative else now - present
+        return np.asarray(moved / self.size[joint])
+
     def _number(self, present: Array, joints: Sequence[int]) -> JointNumber:
         at = np.array(joints) - 1
         if self.relative:
@@ -91,14 +100,18 @@ def loads(problem: MotionProblem, values: Array) -> Loads:
 
 
 def kinds(problem: MotionProblem, values: Array) -> list[Kind]:
-    """All of a problem at parameter values (parameters,) but what is searched of all joints already."""
+    """All of a problem at parameter values (parameters,) but what is searched already of a joint: the same
+    number has not another name then.
+    """
     load, arrays = loads(problem, values), problem.table.arrays(values[None])
     present = {where: rows[0] for where, rows in arrays.items()}
-    searched = {
-        where for where, (joints, _) in problem.table.columns.items() if len(joints) == len(load.torque)
-    }
-    found = [*_absent(present, load), *_stated(present, load)]
-    return [kind for kind in found if not searched & set(kind.where) and np.isfinite(kind.size).any()]
+    found = []
+    for kind in [*_absent(present, load), *_stated(present, load)]:
+        size = kind.size.copy()
+        for joints, _ in (problem.table.columns[key] for key in kind.where if key in problem.table.columns):
+            size[joints] = np.nan
+        found.append(replace(kind, size=size))
+    return [kind for kind in found if np.isfinite(kind.size).any()]
 
 
 def _absent(present: dict[str, Array], load: Loads) -> list[Kind]:

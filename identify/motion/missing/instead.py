@@ -16,6 +16,7 @@ from identify.core.parameters import Scale
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind
 from identify.motion.missing.linear import Place, solutions
+from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import Promise, distinct, promise, sight_of
 from identify.motion.missing.springs import SpringKind
 from identify.motion.missing.worth import own_of
@@ -43,6 +44,7 @@ def instead(
     without = sight_of(model, residual - slopes[:, own] @ away, slopes[:, rest], len(places))
     with_it = sight_of(model, residual, slopes, len(places))
     worth = without.log_odds(float(with_it.residual @ with_it.residual), unknowns, len(at))
+    worth += log_prior(kind, at, model.problem.by_name(model.fit.values))
     others = [one for one in places if one.kind.name != kind.name or one.number not in at]
     found = [promise(one.places, one.log_odds, one.starts()) for one in solutions(others, without)]
     return [Promise(kind, tuple(at), effect, worth, {}), *distinct(found)]

@@ -5,13 +5,14 @@ zero, where they can only be that, beside all that is searched already.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from identify.core.arrays import Array
 from identify.motion.missing.catalogue import OFF, Kind
+from identify.motion.missing.prior import log_prior
 from identify.motion.missing.springs import SpringKind
 from identify.motion.study import MotionCandidate
 
@@ -58,6 +59,10 @@ class Solution:
     def change(self) -> Array:
         """(count,): of all residuals."""
         return np.concatenate([place.columns for place in self.places], axis=1) @ self.amplitudes
+
+    def log_prior(self, share: float = 1.0) -> float:
+        """Of a share of the amplitudes."""
+        return log_prior(self.places[0].kind, [place.number for place in self.places], self.starts(share))
 
     def starts(self, share: float = 1.0) -> dict[str, float]:
         """Where the parameters start, by name, with a share of the amplitudes."""
@@ -167,7 +172,8 @@ class _Reduced:
         unknowns = sum(self.places[n].unknowns(part) for n, part in able.items())
         odds = self.sight.log_odds(self.outside + found[1], unknowns, len(able))
         own = [self.places[n] for n in able]
-        return Solution(own, np.concatenate(list(able.values())), unknowns, odds), list(able)
+        solution = Solution(own, np.concatenate(list(able.values())), unknowns, odds)
+        return replace(solution, log_odds=odds + solution.log_prior()), list(able)
 
     def _possible(self, number: int, amplitudes: Array) -> bool:
         return not self.places[number].positive or bool(amplitudes.max() > 0)

@@ -204,8 +204,9 @@ def _simulated(
     left = np.where(np.isfinite(left), left, np.inf).reshape(len(solutions), -1)
     found = []
     for one, squares, first in zip(solutions, left, range(0, len(starts), len(_SHARES)), strict=True):
-        odds = sight.log_odds(float(squares.min()), one.unknowns, len(one.places))
-        found.append(promise(one.places, odds, starts[first + int(np.argmin(squares))]))
+        best = int(np.argmin(squares))
+        odds = sight.log_odds(float(squares[best]), one.unknowns, len(one.places))
+        found.append(promise(one.places, odds + one.log_prior(_SHARES[best]), starts[first + best]))
     return [one for one in found if one.log_odds > 0]
 
 

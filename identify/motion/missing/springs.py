@@ -70,6 +70,13 @@ class SpringKind:
                 found[f"{self.coordinates[n]}.damping"] = float(lag[n] * k)
         return found
 
+    def away(self, values: Mapping[str, float], place: int) -> Array:
+        """Compliances (k,) of a place over those that springs usually start from, at values by name."""
+        own = [n for n in self.places[place] if f"{self.coordinates[n]}.stiffness" in values]
+        return np.array(
+            [self.stiffness[n] / values[f"{self.coordinates[n]}.stiffness"] for n in own], dtype=float
+        )
+
     @property
     def places(self) -> list[list[int]]:
         """Numbers of the coordinates that give way together."""

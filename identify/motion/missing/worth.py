@@ -8,22 +8,28 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.parameters import Scale
+from identify.core.thresholds import CONVINCING
+from identify.fitting.selection.gain import Gain, Rule
 from identify.motion.judging import FittedMotion
 from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import independent
 from identify.motion.missing.springs import SpringKind
 
+ENOUGH = Rule(log_odds=CONVINCING, explained=0.01)
+"""What is asked of an effect, and of each of its places."""
+
 
 def needed(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> list[int]:
-    """Those of the places (numbers in the kind) of an effect that the fit of a model needs: half the squares
-    that it would lose without one, less half ln n for each of its unknowns.
+    """Those of the places (numbers in the kind) of an effect that the fit of a model needs: each is held to
+    the rule that effects are held to.
     """
-    return [place for place in places if worth(model, kind, [place]) > 0]
+    return [place for place in places if ENOUGH.holds(worth(model, kind, [place]))]
 
 
-def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> float:
-    """Log odds for places of an effect, by the curvature at the fit of a model (Laplace, unit information),
-    with the number of independent residuals.
+def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -> Gain:
+    """What places of an effect gain, by the curvature at the fit of a model (Laplace, unit information), with
+    the number of independent residuals.
     """
     problem, objective = model.problem, model.objective
     scale, (residual, slopes) = Scale(problem.parameters), model.seen
@@ -40,7 +46,9 @@ def worth(model: FittedMotion, kind: Kind | SpringKind, places: Sequence[int]) -
     beside = information[np.ix_(own, rest)]
     left = information[np.ix_(own, own)] - beside @ np.linalg.pinv(information[np.ix_(rest, rest)]) @ beside.T
     squares = float(np.array(away) @ left @ away)
-    return 0.5 * squares - 0.5 * unknowns * float(np.log(max(free, 2.0)))
+    prior = log_prior(kind, places, problem.by_name(model.fit.values))
+    odds = 0.5 * squares - 0.5 * unknowns * float(np.log(max(free, 2.0))) + prior
+    return Gain(odds, 1 - 1 / float(np.sqrt(1 + squares / free)))
 
 
 def own_of(
