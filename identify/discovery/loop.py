@@ -85,7 +85,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
     added = tuple(step.found[0] for step in steps if step.found)
     odds = tuple(one.probability for one in state.added)
     without = tuple(one.gap_without for one in state.added)
-    late, unnamed = story.late, left_open(workers, state, story.until)
+    late, unnamed = story.late, left_open(workers, state)
     return Discovery(
         state.problem, first, state.model, added, tuple(steps), tuple(looked), odds, without, late, unnamed
     )

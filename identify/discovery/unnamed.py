@@ -18,21 +18,22 @@ from identify.vibration.all_springs import usual_springs
 from identify.vibration.problem import with_effects
 
 
-def left_open(workers: Workers, state: State, until: float) -> dict[str, float]:
+def left_open(workers: Workers, state: State) -> dict[str, float]:
     """Standard deviation of the logarithm of each stiffness and damping of the state's model, by name, that
     comes from what has no name: by how much they move where all of it may give way as it usually does, and
     how much less they are determined then.
 
-    Nothing where nothing was found, which says that all is as stated, or where impacts are simulated.
+    Whole whatever time is left: steps that were not taken would be intervals that are too narrow.  Nothing
+    where nothing was found, which says that all is as stated, or where impacts are simulated.
     """
     if not state.added or any(one.of_amplitude for one in state.effects):
         return {}
     key = ["unnamed", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
-    found: dict[str, float] = workers.recall(key, lambda: _left_open(state, until), "what has no name")
+    found: dict[str, float] = workers.recall(key, lambda: _left_open(state), "what has no name")
     return found
 
 
-def _left_open(state: State, until: float) -> dict[str, float]:
+def _left_open(state: State) -> dict[str, float]:
     values, few = state.model.values, decimated(state.problem)
     known = with_effects(few, state.effects, values)
     springs = usual_springs(known, values)
@@ -43,7 +44,7 @@ def _left_open(state: State, until: float) -> dict[str, float]:
     own = np.isin(unknowns.names, list(values))
     start = np.where(own, start, unknowns.reference)
     fit = Penalised(unknowns, price=0.0)
-    x = fit.minimise(Point(start), STEPS, until).x
+    x = fit.minimise(Point(start), STEPS).x
     local = fit.local(x)
     scale = local.gap**2 * inflation(known, known.initial)
     information = local.product[:-1, :-1] / scale + np.diag(unknowns.precision)

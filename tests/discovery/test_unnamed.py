@@ -69,7 +69,7 @@ def test_true_stiffnesses_are_in_intervals_that_know_of_a_link_without_a_name(
     known = with_effects(problem, model.task.effects, model.values)
     plain = uncertainty(known.targets(), Scale(known.parameters), known.initial)
     with one_thread():
-        opened = _left_open(State(problem, model), np.inf)
+        opened = _left_open(State(problem, model))
     wider = with_left_open(known, plain, known.initial, opened)
     assert _errors(problem, model, plain, true).max() > 2
     assert _errors(problem, model, wider, true).max() < 1.2
@@ -83,5 +83,5 @@ def test_nothing_is_left_open_where_nothing_was_found_or_impacts_are_simulated(
     friction = replace(model.task, new=(JointFriction(joints=[2]),))
     named = (Added(model.task.new[0], 100.0),)
     workers = cast("Workers", None)  # not asked
-    assert left_open(workers, State(problem, model), np.inf) == {}
-    assert left_open(workers, State(problem, replace(model, task=friction), named), np.inf) == {}
+    assert left_open(workers, State(problem, model)) == {}
+    assert left_open(workers, State(problem, replace(model, task=friction), named)) == {}
