@@ -102,7 +102,7 @@ def with_left_open(
         if np.any(determined & (std > trusted.std)):
             most = int(np.argmax(np.where(determined, std / trusted.std, 0.0)))
             open_by = f"{free[most].name} open by {100 * std[most]:.2g} %"
-            notes.append(f"{cause}: that leaves {open_by}{key}, more than the data do")
+            notes.append(f"{cause}: that leaves {open_by}{key}, more than the data do; intervals contain it")
     return with_more(trusted, np.hypot(ends, others), scale, found, *notes)
 
 
