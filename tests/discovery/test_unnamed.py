@@ -13,6 +13,7 @@ import pytest
 
 from identify.core.parameters import Scale
 from identify.core.threads import one_thread
+from identify.discovery import unnamed
 from identify.discovery.records import timed
 from identify.discovery.state import Added, State
 from identify.discovery.task import Task, Trial
@@ -85,3 +86,15 @@ def test_nothing_is_left_open_where_nothing_was_found_or_impacts_are_simulated(
     workers = cast("Workers", None)  # not asked
     assert left_open(workers, State(problem, model)) == {}
     assert left_open(workers, State(problem, replace(model, task=friction), named)) == {}
+
+
+def test_by_how_much_values_move_counts(
+    tilted: tuple[Problem, Trial, list[float]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Beside how much less they are determined, which is taken away here."""
+    problem, model, true = tilted
+    monkeypatch.setattr(unnamed, "_variance", lambda information: np.zeros(len(information)))
+    with one_thread():
+        moved = unnamed._left_open(State(problem, model))
+    error = abs(np.log(model.values["joint2.rz.stiffness"] / true[1]))
+    assert 0.3 * error < moved["joint2.rz.stiffness"] < 3 * error
