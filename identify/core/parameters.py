@@ -30,6 +30,11 @@ class Parameter:
     nuisance: bool = False
     prior_std: float = 0.0
 
+    @property
+    def std(self) -> float:
+        """Standard deviation about zero before any data, in its unit; 0 where none is known."""
+        return 1.0 if self.nuisance else 0.0 if self.log else self.prior_std
+
     def at(self, value: float, *, free: bool | None = None) -> Parameter:
         """The same with another initial value, and free or not as it is unless said; in half the time of
         `dataclasses.replace`, and at once where nothing changes: models have hundreds of parameters.
@@ -173,7 +178,6 @@ class Scale:
         for what has a standard deviation, as nuisances have, of one.
         """
         lower, upper = self.bounds()
-        own = [p for p in self.parameters if p.free]
-        std = np.array([1.0 if p.nuisance else 0.0 if p.log else p.prior_std for p in own])
+        std = np.array([p.std for p in self.parameters if p.free])
         known = std > 0
         return np.where(known, self._step / np.where(known, std, 1.0), 4 / (upper - lower)) ** 2

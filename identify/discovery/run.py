@@ -185,7 +185,7 @@ def _evaluated(
     known = problem.validated and problem.file.study.uncertainty not in (None, FORMS_ALONE, IMPACTS_ALONE)
     elsewhere = trial.gap_validation if known else None
     fit = _as_fit(problem, trial)
-    return evaluate(problem, fit, key, measured=measured, elsewhere=elsewhere, unnamed=unnamed or {})
+    return evaluate(problem, fit, key, measured=measured, elsewhere=elsewhere, unnamed=unnamed)
 
 
 def _as_fit(problem: Problem, trial: Trial) -> Fit:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -58,6 +59,11 @@ class State:
     def effects(self) -> tuple[Effect, ...]:
         """All of the model."""
         return self.model.task.effects
+
+    def key(self, what: str) -> list[Any]:
+        """What something that is found of it depends on."""
+        effects = [one.model_dump(mode="json") for one in self.effects]
+        return [what, effects, dict(self.model.values)]
 
     def without(self, effect: Effect) -> tuple[Effect, ...]:
         """All effects but one."""

@@ -152,7 +152,7 @@ def retimed(problem: Problem, values: Array) -> Array:
 def likelihood(problem: Problem) -> Objective:
     """What is fitted, in as few rows as say the same where no errors are fitted along."""
     targets = problem.targets()
-    if targets.nuisances or targets.priors:
+    if targets.stated:
         return FrfLeastSquares().objective(targets)
     return FrfLeastSquaresObjective(FrfLeastSquares(), targets, shortened=True)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.discovery.decimated import decimated
-from identify.discovery.sparse.evidence import inflation
+from identify.discovery.sparse.evidence import covariance, inflation, weighed
 from identify.discovery.sparse.fit import STEPS
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unknowns
@@ -28,7 +28,7 @@ def left_open(workers: Workers, state: State) -> dict[str, float]:
     """
     if not state.added or any(one.of_amplitude for one in state.effects):
         return {}
-    key = ["unnamed", [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
+    key = state.key("unnamed")
     found: dict[str, float] = workers.recall(key, lambda: _left_open(state), "what has no name")
     return found
 
@@ -36,29 +36,21 @@ def left_open(workers: Workers, state: State) -> dict[str, float]:
 def _left_open(state: State) -> dict[str, float]:
     values, few = state.model.values, decimated(state.problem)
     known = with_effects(few, state.effects, values)
-    springs = usual_springs(known, values)
-    unknowns = Unknowns(
-        with_effects(few, (*state.effects, *springs), values), len(state.effects) + len(springs)
-    )
-    start = unknowns.to_x(unknowns.problem.initial)
-    own = np.isin(unknowns.names, list(values))
-    start = np.where(own, start, unknowns.reference)
-    fit = Penalised(unknowns, price=0.0)
+    model = with_effects(few, (*state.effects, *usual_springs(known, values)), values)
+    unknowns = Unknowns(model, len(model.file.study.effects))
+    fit, start = Penalised(unknowns, price=0.0), unknowns.at(values)
     x = fit.minimise(Point(start), STEPS).x
-    local = fit.local(x)
-    scale = local.gap**2 * inflation(known, known.initial)
-    information = local.product[:-1, :-1] / scale + np.diag(unknowns.precision)
-    less = _variance(information)[own] - _variance(information[np.ix_(own, own)])
+    told = weighed(unknowns, fit.local(x).product, inflation(known, known.initial)).information
+    own = np.isin(unknowns.names, list(values))
+    less = _variance(told)[own] - _variance(told[np.ix_(own, own)])
     std = np.sqrt(np.maximum(less, 0.0) + (x - start)[own] ** 2)
-    names = np.array(unknowns.names)[own]
-    wanted = unknowns.log[own]
+    names, wanted = np.array(unknowns.names)[own], unknowns.log[own]
     return {str(name): float(one) for name, one in zip(names[wanted], std[wanted], strict=True)}
 
 
 def _variance(information: Array) -> Array:
-    """(f,): the diagonal of the inverse, of unknowns of very different sizes; zero where nothing is known."""
+    """(f,): of each unknown; zero where nothing is known."""
     found, known = np.zeros(len(information)), np.flatnonzero(np.diag(information) > 0)
-    size = np.sqrt(np.diag(information)[known])
-    scaled = information[np.ix_(known, known)] / np.outer(size, size) + 1e-12 * np.eye(len(known))
-    found[known] = np.diag(np.linalg.inv(scaled)) / size**2
+    some = information[np.ix_(known, known)]
+    found[known] = np.diag(covariance(some, np.arange(len(known))))
     return found

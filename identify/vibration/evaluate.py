@@ -5,7 +5,6 @@ a result keeps.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +53,7 @@ def evaluate(
     profiled: Sequence[str] = (),
     measured: Mapping[str, MeasuredModes | None] | None = None,
     elsewhere: float | None = None,
-    unnamed: Mapping[str, float] = MappingProxyType({}),
+    unnamed: Mapping[str, float] | None = None,
 ) -> results.FitResult:
     """The result of a fit, ready to be written; key says which run it is the result of
     (`identify.vibration.run`).

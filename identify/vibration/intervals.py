@@ -23,7 +23,6 @@ standard deviation is stated (`flexible_links.ends`).  Beside that spring it cha
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 
@@ -81,7 +80,7 @@ def with_left_open(
     problem: Problem,
     trusted: Uncertainty,
     values: Array,
-    unnamed: Mapping[str, float] = MappingProxyType({}),
+    unnamed: Mapping[str, float] | None = None,
 ) -> Uncertainty:
     """The uncertainty of a fit with what links that bend leave open of the joints at their ends; values
     (unknowns,).  unnamed: standard deviations of logarithms by name that come from what gives way without a
@@ -91,7 +90,7 @@ def with_left_open(
     scale, found = Scale(parameters), values[: problem.size]
     free = [parameters[number] for number in scale.free]
     ends = left_open(problem, values)[scale.free]
-    others = np.array([unnamed.get(p.name, 0.0) for p in free])
+    others = np.array([(unnamed or {}).get(p.name, 0.0) for p in free])
     sources = (
         (ends, "a link that bends right beside a joint does what the joint does", " (`flexible_links.ends`)"),
         (others, "bearings and links that have no name may give way as they usually do", ""),

@@ -148,7 +148,7 @@ class Problem:
             tuple(target for target in chosen if isinstance(target, FrfTarget)),
             tuple(target for target in chosen if isinstance(target, ModalTarget)),
             tuple(range(self.size, len(self.parameters))),
-            tuple((n, p.prior_std) for n, p in enumerate(self.of_effects) if p.prior_std and not p.log),
+            tuple((n, p.std) for n, p in enumerate(self.of_effects) if p.std),
         )
 
 

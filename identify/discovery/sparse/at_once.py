@@ -41,7 +41,7 @@ def at_once(workers: Workers, state: State, story: Story) -> State:
     """
     if closed(state.model) and believable(state.problem, state.model.values) and not _pays(workers, state):
         return state
-    told = _Told(*workers.recall(_key("at once", state), lambda: _explained(state, story), "dense fits"))
+    told = _Told(*workers.recall(state.key("at once"), lambda: _explained(state, story), "dense fits"))
     named = [Named(parse_effect(one["effect"]), one["values"], one["odds"]) for one in told.named]
     if not named:
         return state
@@ -66,12 +66,7 @@ def _pays(workers: Workers, state: State) -> bool:
     if state.model.gap < 1 + MATERIAL:
         return False
     values = state.model.values
-    return bool(workers.recall(_key("pays", state), lambda: promising(_thin(state), values), "dense fits"))
-
-
-def _key(what: str, state: State) -> list[Any]:
-    """What it depends on."""
-    return [what, [one.model_dump(mode="json") for one in state.effects], dict(state.model.values)]
+    return bool(workers.recall(state.key("pays"), lambda: promising(_thin(state), values), "dense fits"))
 
 
 def _explained(state: State, story: Story) -> list[Any]:

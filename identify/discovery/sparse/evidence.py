@@ -118,11 +118,14 @@ def eliminated(information: Array, own: Index, floor: float = 0.0) -> Array:
     """Information about some unknowns with all others free: the inverse of their block of the covariance,
     in which `floor` is the standard deviation of what does not count.
     """
+    return np.asarray(np.linalg.inv(covariance(information, own) + floor**2 * np.eye(len(own))))
+
+
+def covariance(information: Array, own: Index) -> Array:
+    """Of some unknowns among others of very different sizes."""
     size = np.sqrt(np.maximum(np.diag(information), 1e-300))
     scaled = information / np.outer(size, size) + 1e-12 * np.eye(len(size))
-    covariance = np.linalg.inv(scaled)[np.ix_(own, own)]
-    covariance = covariance / np.outer(size[own], size[own])
-    return np.asarray(np.linalg.inv(covariance + floor**2 * np.eye(len(own))))
+    return np.asarray(np.linalg.inv(scaled)[np.ix_(own, own)] / np.outer(size[own], size[own]))
 
 
 def solved(information: Array, right: Array) -> Array:

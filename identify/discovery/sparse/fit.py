@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -67,7 +68,7 @@ class Found:
         """What each parameter costs, in units of log likelihood."""
         return price(self.unknowns.count)
 
-    @property
+    @cached_property
     def marginal(self) -> float:
         """Logarithm of the likelihood with nuisance parameters integrated out (Laplace) but for a constant:
         what their priors pay for is not priced once more.
@@ -115,15 +116,7 @@ def dense_fit(
 def standing(problem: Problem, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
     """The problem's own model at values, with effects of which there is nothing yet."""
     unknowns = Unknowns(with_more(problem, effects), len(problem.file.study.effects))
-    return _settled(problem, effects, _at(unknowns, values), Penalised(unknowns), 0, np.inf)
-
-
-def _at(unknowns: Unknowns, values: Mapping[str, float]) -> Array:
-    """(f,): values by name; bearings are rigid and all else where it begins where there is none."""
-    model = unknowns.problem
-    rigid = {p.name: 0.0 for p in model.parameters if p.name.endswith(".compliance")}
-    known = {**rigid, **values}
-    return unknowns.to_x(np.array([known.get(p.name, p.initial) for p in model.parameters]))
+    return _settled(problem, effects, unknowns.at(values), Penalised(unknowns), 0, np.inf)
 
 
 def _settled(
@@ -217,7 +210,7 @@ def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]
     new = found.new(effects)
     entered = (*found.unknowns.entered, *(new if len(new) == 1 else ()))
     unknowns = Unknowns(model, len(found.study.file.study.effects), entered)
-    return unknowns, _at(unknowns, {**found.values, **values})
+    return unknowns, unknowns.at({**found.values, **values})
 
 
 def refitted(found: Found, units: Sequence[Unit]) -> Found:

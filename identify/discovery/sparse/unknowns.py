@@ -4,7 +4,7 @@ any data.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
@@ -217,6 +217,12 @@ class Unknowns:
         """Values of all unknowns at x (f,), by name."""
         every = self.to_values(x)
         return {p.name: float(value) for p, value in zip(self.problem.parameters, every, strict=True)}
+
+    def at(self, values: Mapping[str, float]) -> Array:
+        """(f,): values by name; bearings are rigid and all else where it begins where there is none."""
+        rigid = {p.name: 0.0 for p in self.problem.parameters if p.name.endswith(".compliance")}
+        known = {**rigid, **values}
+        return self.to_x(np.array([known.get(p.name, p.initial) for p in self.problem.parameters]))
 
     def to_x(self, values: Array) -> Array:
         """(f,) on the search scale, of values of all unknowns."""

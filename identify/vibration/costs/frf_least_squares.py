@@ -47,7 +47,7 @@ class FrfLeastSquares(Cost):
 
     def objective(self, targets: Targets) -> Objective:
         """The cost for FRF sets with known noise."""
-        if targets.nuisances or targets.priors:
+        if targets.stated:
             return PosteriorObjective(self, targets)
         return FrfLeastSquaresObjective(self, targets)
 
@@ -160,8 +160,8 @@ class PosteriorObjective(ProductObjective):
 
     def __init__(self, cost: FrfLeastSquares, targets: Targets, temperature: float = 1.0) -> None:
         self._likelihood = FrfLeastSquaresObjective(cost, targets)
-        own = [*((number, 1.0) for number in targets.nuisances), *targets.priors]
-        self.errors, self._std = np.array([n for n, _ in own], dtype=int), np.array([std for _, std in own])
+        self.errors = np.array([number for number, _ in targets.stated], dtype=int)
+        self._std = np.array([std for _, std in targets.stated])
         self._temperature = temperature
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None

@@ -66,6 +66,11 @@ class Targets:
     priors: tuple[tuple[int, float], ...] = ()
 
     @property
+    def stated(self) -> tuple[tuple[int, float], ...]:
+        """Numbers of all unknowns that cost their squares, and their standard deviations."""
+        return (*((number, 1.0) for number in self.nuisances), *self.priors)
+
+    @property
     def simulated(self) -> bool:
         """Whether impacts of any of them are simulated."""
         return any(target.simulated is not None for target in self.frf)

@@ -307,15 +307,15 @@ class FrfTarget:
         slopes = compliant.by_columns(
             model, factors.vectors[:, columns], factors.power[columns], factors.weight[columns]
         )
-        found = np.zeros((*(h := model.h()).shape, len(free)), dtype=complex)
-        compliant.add_gradient(found, model, slopes, place[factors.owner[columns]])
+        h = model.h()
+        found = np.zeros((*h.shape, len(free)), dtype=complex)
+        owners = factors.owner[columns], springs.compliance[springs.owner], springs.retardation[springs.owner]
+        for one, owner in zip((slopes, *compliant.by_springs(model)), owners, strict=True):
+            compliant.add_gradient(found, model, one, place[owner])
         if len(broad):
             roles = ("stiffness", "damping", "mass")
             changes = {power: self.system.terms[role][broad] for power, role in enumerate(roles)}
             found[..., place[broad]] += compliant.by_matrices(model, changes)
-        of_springs = zip(compliant.by_springs(model), (springs.compliance, springs.retardation), strict=True)
-        for one, numbers in of_springs:
-            compliant.add_gradient(found, model, one, place[numbers][springs.owner])
         if np.any(self._shortening[free]):
             found += compliant.shortened(model)[..., None] * self._shortening[free]
         return h, found
