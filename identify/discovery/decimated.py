@@ -21,8 +21,6 @@ _FRFS, _LINES, _FEWEST = 6300, (42, 84), 21
 """Values of FRFs that quick trials see, at so many frequency lines of all fitted measurements together, and
 of each at least, spread evenly over the band: many channels tell no more of what lies between lines.
 """
-_LEAST = 8
-"""Lines of the lower part of a band at least."""
 
 
 def decimated(problem: Problem) -> Problem:
@@ -41,18 +39,6 @@ def decimated(problem: Problem) -> Problem:
         return _at_lines(m, np.arange(count) % max(1, round(count / wanted)) == 0)
 
     return replace(problem, measurements=tuple(fewer(m) for m in fitted))
-
-
-def below(problem: Problem, share: float) -> Problem:
-    """The same problem with the lower share of the band of every measurement."""
-
-    def lower(m: Measurement) -> Measurement:
-        if not isinstance(m.target, FrfTarget):
-            return m
-        lines = m.target.data.frequency_hz
-        return _at_lines(m, lines <= max(lines[0] + share * (lines[-1] - lines[0]), lines[:_LEAST][-1]))
-
-    return replace(problem, measurements=tuple(lower(m) for m in problem.measurements))
 
 
 def _at_lines(m: Measurement, lines: Mask) -> Measurement:

@@ -7,6 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 
@@ -28,7 +29,11 @@ from identify.model.effects.springs import Springs
 from identify.vibration.problem import Problem
 
 _LOOKED, _WHOLE = 3, 2
-"""The most important effects, whose other forms are looked at; how many of these are taken to all lines."""
+"""The most important effects that have other forms, which are looked at; how many of these are taken to all
+lines.
+"""
+_STEPS = 10
+"""On few lines, of the same effect in another place, all else being near where it was."""
 _RIVAL = float(np.log(0.01))
 """Log odds above which something else in an effect's place is reported: a probability of 1 %."""
 
@@ -54,15 +59,16 @@ def _exchanged(
     workers: Workers, state: State, others: Callable[[State, Effect], Iterator[Task]]
 ) -> State | None:
     """The state with the form that the data ask for most; None where they ask for none."""
-    pairs = [(one.effect, task) for one in state.added[:_LOOKED] for task in others(state, one.effect)]
+    pairs = [(effect, task) for effect, tasks in _looked(state, others) for task in tasks]
     if not pairs:
         return None
     present = Task(state.effects, (), state.model.values)
     [before, *trials] = workers.run([present, *(task for _, task in pairs)], "other forms")
     criterion = EvidenceCriterion(before.gap**2)
     # On few lines of the fitted data alone these say which to refit, and not what other data say of them.
-    quick = sorted(trials, key=lambda one: -criterion.log_odds(before, one))
-    found = convincing(workers, state, quick, _WHOLE)
+    pairs_of_odds = [(criterion.log_odds(before, one), one) for one in trials]
+    likely = sorted((pair for pair in pairs_of_odds if pair[0] > _RIVAL), key=lambda pair: -pair[0])
+    found = convincing(workers, state, [one for _, one in likely], _WHOLE)
     if found is None:
         return None
     model, gain = found
@@ -70,12 +76,20 @@ def _exchanged(
     return state.exchanged(old, model.task.new[0], model, gain)
 
 
+def _looked(
+    state: State, others: Callable[[State, Effect], Iterator[Task]]
+) -> list[tuple[Effect, list[Task]]]:
+    """The most important effects that have other forms, with these."""
+    every = ((one.effect, list(others(state, one.effect))) for one in state.added)
+    return list(islice((pair for pair in every if pair[1]), _LOOKED))
+
+
 def _beside_rivals(workers: Workers, state: State) -> State:
     """With what the data cannot tell well from the most important effects, in their places."""
     criterion, added = EvidenceCriterion(variance_inflation(state.problem, state.model)), list[Added]()
-    present = Task(state.effects, (), state.model.values)
-    for number, one in enumerate(state.added):
-        tasks = list(_places(state, one.effect)) if number < _LOOKED else []
+    present, places = Task(state.effects, (), state.model.values), _looked(state, _places)
+    for one in state.added:
+        tasks = next((tasks for effect, tasks in places if effect == one.effect), [])
         [before, *trials] = workers.run([present, *tasks], "other forms") if tasks else [state.model]
         pairs = [(criterion.log_odds(before, trial), trial) for trial in trials]
         near = sorted((pair for pair in pairs if pair[0] > _RIVAL), key=lambda pair: -pair[0])
@@ -95,11 +109,11 @@ def _places(state: State, effect: Effect) -> Iterator[Task]:
     """The same along other axes and on the links beside it, and what it is at its limits."""
     known, values = state.without(effect), state.model.values
     for limit in effect.limits():
-        yield Task(known, (limit,), values)
+        yield Task(known, (limit,), values, steps=_STEPS)
     own = Trial(Task(known, (effect,), values), values, 0.0, 1)
     for other in neighbours(state.problem, effect):
         with suppress(InputError, InputErrors):  # where another effect has that place
-            yield Task(known, (other,), moved(state.problem, own, other))
+            yield Task(known, (other,), moved(state.problem, own, other), steps=_STEPS)
 
 
 def _starts(form: Effect, values: Mapping[str, float]) -> dict[str, float]:

@@ -131,19 +131,20 @@ def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]
     known, final = first.task.effects, state.model
     effects = [one.effect for one in state.added]
     whole = len(effects) <= _FOLLOWED
-    tasks = [Task(known, tuple(effects[:n]), final.values, whole, most) for n in range(1, len(effects))]
+    steps = most if whole else FEW_STEPS  # of the many, the picture shows how the gap falls
+    tasks = [Task(known, tuple(effects[:n]), final.values, whole, steps) for n in range(1, len(effects))]
     models = [*workers.run(tasks, "the path"), final]
     criterion = EvidenceCriterion(variance_inflation(state.problem, final))
-    steps, before = list[Step](), first
+    found, before = list[Step](), first
     for one, model in zip(state.added, models, strict=True):
         # Models of few lines and of all have no odds over each other: these are those of the fits.
         gain = replace(criterion.gain(before, model), log_odds=one.evidence)
         option = Option(one.effect, model, max(model.free - before.free, 0), gain)
         odds = [(rival, replace(gain, log_odds=one.evidence + rival.log_odds)) for rival in one.rivals]
         rivals = tuple(Option(rival.effect, rival.model, option.size, own) for rival, own in odds)
-        steps.append(Step(before, (option, *rivals), (option,), rivals, criterion))
+        found.append(Step(before, (option, *rivals), (option,), rivals, criterion))
         before = model
-    return steps
+    return found
 
 
 def check_data(problem: Problem) -> None:

@@ -39,20 +39,21 @@ def present_model(problem: Problem, workers: Workers) -> Trial:
 
 def _begun(problem: Problem) -> dict[str, float]:
     study, scale, thin = problem.file.study, Scale(problem.parameters), decimated(problem)
-    ends = list[tuple[float, dict[str, float]]]()
+    ends = list[tuple[float, Penalised, Array]]()
     for point in starting_points(problem.parameters, study.starts, study.start_factor, study.seed):
-        ends.append(_ended(thin, retimed(thin, scale.to_values(point))))
-        if agreeing([gap for gap, _ in ends]) >= ENOUGH:
+        ends.append(_led(thin, retimed(thin, scale.to_values(point))))
+        if agreeing([gap for gap, *_ in ends]) >= ENOUGH:
             break
-    return min(ends, key=lambda end: end[0])[1]
+    _, fit, x = min(ends, key=lambda end: end[0])
+    return fit.unknowns.by_name(fit.minimise(Point(x), _STEPS).x)
 
 
-def _ended(problem: Problem, start: Array) -> tuple[float, dict[str, float]]:
-    """The gap and values where a start (unknowns,) leads."""
+def _led(problem: Problem, start: Array) -> tuple[float, Penalised, Array]:
+    """The gap where a start (unknowns,) leads with nothing off what was stated, the fit, and x there."""
     effects, names = problem.file.study.effects, [p.name for p in problem.parameters]
     values = dict(zip(names, map(float, start), strict=True))
     unknowns = Unknowns(with_effects(problem, effects, values), len(effects))
     first = Penalised(unknowns, logarithmic=True, price=0.0).led(Point(unknowns.reference), _ROBUST)
     fit = Penalised(unknowns, price=0.0)
-    x = fit.minimise(Point(first.x), _STEPS).x
-    return float(np.sqrt(fit.squares(x) / fit.count)), unknowns.by_name(x)
+    x = fit.led(Point(first.x), _STEPS).x
+    return float(np.sqrt(fit.squares(x) / fit.count)), fit, x

@@ -40,7 +40,7 @@ def _left_open(state: State) -> dict[str, float]:
     unknowns = Unknowns(model, len(model.file.study.effects))
     fit, start = Penalised(unknowns, price=0.0), unknowns.at(values)
     x = fit.minimise(Point(start), STEPS).x
-    told = weighed(unknowns, fit.local(x).product, inflation(known, known.initial)).information
+    told = weighed(unknowns, x, fit.local(x).product, inflation(known, known.initial)).information
     own = np.isin(unknowns.names, list(values))
     less = _variance(told)[own] - _variance(told[np.ix_(own, own)])
     std = np.sqrt(np.maximum(less, 0.0) + (x - start)[own] ** 2)

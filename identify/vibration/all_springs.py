@@ -48,26 +48,30 @@ def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
     return found
 
 
-def usual_springs(problem: Problem, values: Mapping[str, float]) -> tuple[Effect, ...]:
+def usual_springs(
+    problem: Problem, values: Mapping[str, float], *, damped: DampingValues = _HELD
+) -> tuple[Effect, ...]:
     """All springs by compliance, each with what is usual beside drives at values by name as its standard
     deviation: none of them is rigid, and what it gives way would else be found in its drive.
     """
     springs = all_springs(problem, shrink=True)
-    return tuple(one for spring in springs for one in _usual(problem.robot, spring, values))
+    return tuple(one for spring in springs for one in _usual(problem.robot, spring, values, damped))
 
 
-def _usual(robot: Robot, spring: Effect, values: Mapping[str, float]) -> Iterator[Effect]:
+def _usual(
+    robot: Robot, spring: Effect, values: Mapping[str, float], damped: DampingValues
+) -> Iterator[Effect]:
     """Of a bearing along axes and about them, which have other units."""
     if isinstance(spring, LinkFlexibility):
         stiffness = usual_stiffness(f"joint{spring.number(robot)}", "r", values)
-        held = {"bending_damping": _HELD, "torsion_damping": _HELD}
+        held = {"bending_damping": damped, "torsion_damping": damped}
         yield _within(spring, stiffness * spring.beam(robot).length, held)
     elif isinstance(spring, Springs):
         [body, *_] = spring.free_coordinates(robot)[0].split(".")
         for kind in "tr":
             axes = [axis for axis in spring.axes if axis.startswith(kind)]
             if axes:
-                yield _within(spring, usual_stiffness(body, kind, values), {"axes": axes, "damping": _HELD})
+                yield _within(spring, usual_stiffness(body, kind, values), {"axes": axes, "damping": damped})
 
 
 def _within(spring: Effect, usual: float, update: Mapping[str, object]) -> Effect:

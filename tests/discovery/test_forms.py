@@ -4,6 +4,7 @@ axis.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,7 +23,8 @@ from identify.discovery.trial import TrialRunner
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.appended_resonator import AppendedResonator
-from identify.model.effects.base import parse_effect
+from identify.model.effects.base import Effect, parse_effect
+from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.measured_impedance import MeasuredImpedance
 from identify.model.effects.spring_to_ground import SpringToGround
 from identify.vibration.given import Given
@@ -177,3 +179,16 @@ def test_what_an_axis_may_lean_towards() -> None:
     for misalignment in ({"joint2.tx": 0.1}, {"joint3.ry": 0.1}, {"joint2.rx": 0.1}):
         with pytest.raises(ValueError, match="misalignment"):
             parse_effect(one | {"misalignment": misalignment})
+
+
+def test_what_has_other_places_is_looked_at_behind_what_has_none() -> None:
+    """Bearings, which come first by their odds, sit where they are; a resonator may sit elsewhere."""
+    bearings = [JointCompliance(joints=[number], axes=["tz"]) for number in range(1, 6)]
+    resonator = AppendedResonator(link="link3", axis="y")
+    added = tuple(Added(one, 100.0) for one in (*bearings, resonator))
+    state: State = State(None, None, added)  # type: ignore[arg-type]
+
+    def elsewhere(_state: State, effect: Effect) -> Iterator[Task]:
+        yield from [Task((), (effect,), {})] if effect is resonator else []
+
+    assert [effect for effect, _ in forms._looked(state, elsewhere)] == [resonator]

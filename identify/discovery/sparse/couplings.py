@@ -16,7 +16,8 @@ def couplings(
     """What it gains to couple the springs across z of each body where any of these gives way, with these
     springs as they are and coupled; together: of all of them, too.
     """
-    pairs = [(one, one.model_copy(update={"coupled": True})) for one in _uncoupled(found)]
+    turned_any_way = {"coupled": True, "compliance_std": None}  # their directions have one price
+    pairs = [(one, one.model_copy(update=turned_any_way)) for one in _uncoupled(found)]
     if not pairs:
         return
     local = Quadratic.about(found, exchanged(found.effects, pairs), {})

@@ -80,7 +80,7 @@ class Beside:
         """
         held, unknowns = np.flatnonzero(self.fit.unknowns.present(self.x)), self.fit.unknowns
         scale = max(self.product[-1, -1] / self.fit.count, 1.0)
-        prior = scale * unknowns.precision[held]
+        prior = scale * unknowns.precision_at(self.x)[held]
         information = self.product[np.ix_(held, held)] + np.diag(prior)
         pull = self.product[held, -1] + prior * (self.x - unknowns.reference)[held]
         own = np.column_stack([crossed[held], pull])

@@ -57,10 +57,10 @@ class Weighed(NamedTuple):
     price: float
 
 
-def weighed(unknowns: Unknowns, product: Array, inflated: float) -> Weighed:
-    """All of that, where correlated residuals inflate variances so many times."""
+def weighed(unknowns: Unknowns, x: Array, product: Array, inflated: float) -> Weighed:
+    """All of that at x (f,), where correlated residuals inflate variances so many times."""
     scale = max(product[-1, -1] / unknowns.count, 1.0) * inflated
-    information = product[:-1, :-1] / scale + np.diag(unknowns.precision)
+    information = product[:-1, :-1] / scale + np.diag(unknowns.precision_at(x))
     return Weighed(information, product, scale, price(unknowns.count, inflated))
 
 

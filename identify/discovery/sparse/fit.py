@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from identify.core.arrays import Array
-from identify.discovery.decimated import below
+from identify.core.parameters import DampingValues
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.evidence import price
 from identify.discovery.sparse.objective import Penalised, Point
@@ -19,7 +19,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.coupling import soft_axes
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
-from identify.vibration.all_springs import usual_stiffness
+from identify.vibration.all_springs import usual_springs, usual_stiffness
 from identify.vibration.problem import Problem
 from identify.vibration.scales import scaled_drives
 
@@ -33,8 +33,8 @@ _MORE = 12
 class Found:
     """A dense fit: the study's problem, the unknowns of that with all effects, where it ended, its gap,
     objective, and that without the prices of amplitudes; effects: what it has beyond the study; product (f +
-    1, f + 1): [J r]'[J r] there; until: when steps end, s of the monotonic clock; usual: whether bearings
-    began as stiff as they usually are, or rigid.
+    1, f + 1): [J r]'[J r] there; until: when steps end, s of the monotonic clock; whole: whether it
+    began with every spring as compliant as is usual, or rigid.
     """
 
     study: Problem
@@ -47,7 +47,7 @@ class Found:
     product: Array
     until: float = np.inf
     ended: bool = False
-    usual: bool = False
+    whole: bool = False
 
     @property
     def late(self) -> bool:
@@ -89,28 +89,32 @@ class Found:
 
 
 def dense_fit(
-    problem: Problem,
-    effects: tuple[Effect, ...],
-    *,
-    usual: bool,
-    shares: Sequence[float] = (1.0,),
-    until: float = np.inf,
+    problem: Problem, effects: tuple[Effect, ...], until: float = np.inf, rival: float = np.inf
 ) -> Found:
-    """From bearings that are rigid, which is near where one thing is missing, or as stiff as they usually
-    are, where all give way a little: small ones hide each other on the way from rigid.
-
-    shares: of the band, from low to high: lower resonances are in place before higher ones count.
+    """From springs that are rigid, which is near where one thing is missing; not to its end where it does not
+    come near the objective of a rival.
     """
-    known, x = len(problem.file.study.effects), np.zeros(0)
-    for share in shares:
-        unknowns = Unknowns(with_more(below(problem, share), effects), known)
-        first = not len(x)
-        if first:
-            x = _start(unknowns, usual=usual)
-        x = _led(unknowns, x, until, robust=first)
-        if share < 1:
-            x = Penalised(unknowns).minimise(Point(x), _LOOSE_STEPS, until).x
-    return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until), usual=usual)
+    unknowns = Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+    x = _led(unknowns, _start(unknowns, usual=False), until)
+    return _settled(problem, effects, x, Penalised(unknowns), STEPS, until, rival)
+
+
+def usual_fit(problem: Problem, more: tuple[Effect, ...], until: float = np.inf) -> Found:
+    """From bearings, base, mounts and links that give way as they usually do beside their drives, where all
+    of them do so, and some far more: small ones hide each other on the way from rigid.  What is usual follows
+    the drives.
+    """
+
+    def beside(values: Mapping[str, float]) -> tuple[tuple[Effect, ...], Unknowns]:
+        effects = (*usual_springs(problem, values, damped=DampingValues()), *more)
+        return effects, Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+
+    _, unknowns = beside(problem.starts)
+    x = _robust(unknowns, _start(unknowns, usual=True))
+    _, unknowns = beside(unknowns.by_name(x))
+    x = _loose(unknowns, x, until)
+    effects, unknowns = beside(unknowns.by_name(x))
+    return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until), whole=True)
 
 
 def standing(problem: Problem, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
@@ -144,7 +148,8 @@ def _onwards(
     steps: int,
     rival: float = np.inf,
 ) -> Found:
-    return replace(_settled(found.study, effects, x, fit, steps, found.until, rival), usual=found.usual)
+    ended = _settled(found.study, effects, x, fit, steps, found.until, rival)
+    return replace(ended, whole=found.whole)
 
 
 def _start(unknowns: Unknowns, *, usual: bool) -> Array:
@@ -173,34 +178,39 @@ def gone_on(
     return _onwards(found, effects, x, Penalised(unknowns), steps)
 
 
-def settled(found: Found, steps: int = _MORE) -> Found:
-    """The fit gone on as it is, if it has not ended."""
+def settled(found: Found, steps: int = _MORE, rival: float = np.inf) -> Found:
+    """The fit gone on as it is, if it has not ended; not where it does not come near the objective of a
+    rival.
+    """
     if found.ended:
         return found
-    return _onwards(found, found.effects, found.x, Penalised(found.unknowns), steps)
+    return _onwards(found, found.effects, found.x, Penalised(found.unknowns), steps, rival)
 
 
-def afresh(found: Found, rival: float = np.inf, values: Mapping[str, float] | None = None) -> Found:
-    """The fit from bearings as it began, rigid links and no errors again, with all else as it was found: a
-    fit that compensated for something else than it has now is in a valley of its own.  Not to its end where
-    it does not come near the objective of a rival.  values: of links that bend as usual; bearings then
-    begin as usual, too.
+def afresh(found: Found, rival: float = np.inf) -> Found:
+    """The fit from rigid bearings and links and no errors again, with all else as it was found: a fit that
+    compensated for something else than it has now is in a valley of its own.  Not to its end where it does
+    not come near the objective of a rival.
     """
     unknowns = found.unknowns
     reset = unknowns.springs | unknowns.nuisances | unknowns.times
     rigid = np.where(reset, unknowns.reference, found.x)
-    usual = found.usual or values is not None
-    x = _usual(unknowns, rigid) if usual else rigid
-    for name, value in (values or {}).items():
-        x[unknowns.names.index(name)] = value
-    x = _led(unknowns, x, found.until)
-    return _onwards(replace(found, usual=usual), found.effects, x, Penalised(unknowns), STEPS, rival)
+    x = _led(unknowns, rigid, found.until)
+    return _onwards(found, found.effects, x, Penalised(unknowns), STEPS, rival)
 
 
-def _led(unknowns: Unknowns, x: Array, until: float, *, robust: bool = True) -> Array:
-    """The first steps, which prices hardly hold; robust: by logarithms before."""
-    if robust:
-        x = Penalised(unknowns, logarithmic=True, price=_LOOSE).led(Point(x), _ROBUST_STEPS).x
+def _led(unknowns: Unknowns, x: Array, until: float) -> Array:
+    """The first steps."""
+    return _loose(unknowns, _robust(unknowns, x), until)
+
+
+def _robust(unknowns: Unknowns, x: Array) -> Array:
+    """By logarithms, which prices hardly hold."""
+    return Penalised(unknowns, logarithmic=True, price=_LOOSE).led(Point(x), _ROBUST_STEPS).x
+
+
+def _loose(unknowns: Unknowns, x: Array, until: float) -> Array:
+    """By the likelihood, which they hardly hold, either."""
     return Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
 
 

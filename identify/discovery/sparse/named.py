@@ -19,7 +19,7 @@ from identify.vibration.problem import Problem
 def named(found: Found, evidence: Mapping[str, float], inflated: float) -> list[Named]:
     """The units that stayed as effects of the catalogue, the best supported first."""
     values, result = found.values, list[Named]()
-    known = weighed(found.unknowns, found.product, inflated)
+    known = weighed(found.unknowns, found.x, found.product, inflated)
     for unit in found.unknowns.units:
         mine = {found.unknowns.names[n] for n in unit.all}
         effect, own = unit.effect, {name: value for name, value in values.items() if name in mine}

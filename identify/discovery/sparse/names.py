@@ -70,7 +70,7 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
     if body == "base":
         return BaseCompliance(**more), found
     if body.startswith("payload"):
-        return effect.model_copy(update={**more, "shrink": False}), found
+        return effect.model_copy(update={**more, "shrink": False, "compliance_std": None}), found
     return JointCompliance(joints=[int(body.removeprefix("joint"))], **more), found
 
 
@@ -100,7 +100,7 @@ def _bending(
     bending, torsion = _about(places[:2], found), _about(places[2:], found)
     more = {"bending": bending[0], "bending_damping": bending[1]}
     more |= {"torsion": torsion[0], "torsion_damping": torsion[1]}
-    return effect.model_copy(update={"shrink": False, **more}), found
+    return effect.model_copy(update={"shrink": False, "compliance_std": None, **more}), found
 
 
 def _stiffnesses(

@@ -72,10 +72,9 @@ class Penalised:
         cost = FrfLeastSquares(residual="log" if logarithmic else "complex")
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
         self.count = unknowns.count
-        self.alone = unknowns.springs & ~unknowns.coupled
-        self.groups = [
-            unit for unit in unknowns.units if unit.priced and not self.alone[unit.amplitudes].all()
-        ]
+        single = unknowns.springs & ~unknowns.coupled
+        self.alone = single & (unknowns.usual_compliance == 0)
+        self.groups = [unit for unit in unknowns.units if unit.priced and not single[unit.amplitudes].all()]
 
     def squares(self, x: Array) -> float:
         """Sum of squared residuals."""
@@ -116,9 +115,8 @@ class Penalised:
         fit = 0.5 * self.count * (np.log(mean) if mean > 1 else mean - 1)
         each = local.spring_weights * np.sqrt(np.diag(local.product)[:-1]) * np.abs(x) / local.gap
         groups = [self.unknowns.moved(unit, x, local.product) / local.gap for unit in self.groups]
-        away = x - self.unknowns.reference
         prices = self.price * (each.sum() + local.group_weights @ np.array(groups))
-        return float(fit + prices + 0.5 * self.unknowns.precision @ away**2)
+        return float(fit + prices + self.unknowns.unlikely(x))
 
     def quadratic(self, x: Array, local: Local) -> tuple[Array, Array]:
         """Curvature (f, f) and downhill slope (f,) of the objective; groups by the quadratic that touches
@@ -126,8 +124,9 @@ class Penalised:
         """
         away, scale = x - self.unknowns.reference, local.gap**2
         curvature, slope = local.product[:-1, :-1] / scale, -local.product[:-1, -1] / scale
-        curvature = curvature + np.diag(self.unknowns.precision)
-        slope = slope - self.unknowns.precision * away
+        precision = self.unknowns.precision_at(x)
+        curvature = curvature + np.diag(precision)
+        slope = slope - precision * away
         slope -= self.price * local.spring_weights * np.sqrt(np.diag(local.product)[:-1]) / local.gap
         for unit, weight in zip(self.groups, local.group_weights, strict=True):
             own = np.ix_(unit.amplitudes, unit.amplitudes)

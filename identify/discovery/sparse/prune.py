@@ -86,7 +86,7 @@ def _without(found: Found, gone: Set[str], inflated: float) -> tuple[Found, floa
 
 
 def _supports(found: Found, inflated: float) -> dict[str, float]:
-    return supports(found.unknowns, found.x, weighed(found.unknowns, found.product, inflated))
+    return supports(found.unknowns, found.x, weighed(found.unknowns, found.x, found.product, inflated))
 
 
 def _gone(found: Found, support: Mapping[str, float], needed: Mapping[str, float]) -> set[str]:

@@ -32,12 +32,13 @@ from identify.discovery.sparse.fit import (
     of_units,
     settled,
     standing,
+    usual_fit,
 )
 from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
-from identify.discovery.sparse.trials import Trial, bent_links, by_parts, soft_links, trials
+from identify.discovery.sparse.trials import Trial, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
@@ -51,12 +52,12 @@ _MOST_ENTERED, _TRIED = 8, 3
 """How often more may enter, and how many are tried at a time."""
 _GLANCED, _SETTLED = 4, 3
 """Steps of every trial, and how many of them, the best, are fitted to their end."""
+_CLEARLY = 2.0
+"""Times what is foreseen of another: first order foresees half at least of what large effects gain."""
 _LEFT = 0.5
 """Share of what bearings leave that links leave where some bend."""
 _FAR = 3 * CLOSED
 """Gap from which a fit with links as stated is not pruned."""
-_WIDENED = (0.25, 0.5, 1.0)
-"""Shares of the band, from low to high."""
 
 
 @dataclass(frozen=True)
@@ -82,18 +83,19 @@ def explain(
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     structure = _structure(problem)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_links_as_stated(problem, bending, structure, story, unseen, doubted=doubted)
+    told = _with_few(problem, bending, structure, story, unseen, doubted=doubted)
     likeliest = _likeliest(told, unseen)
     if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
         closed = any(one.closed for one in told)
         story.doing("fitting everything that may be missing at once")
-        usual = dense_fit(bending, structure, usual=True, until=story.until)
-        fits = _further(usual, story, 1 if closed else _MOST_ENTERED)
+        whole = usual_fit(bending, tuple(of_all(bending)), story.until)
+        story.say(f"With all bearings and links about as compliant as is usual: gap {whole.gap:.2f}.")
+        fits = _further(whole, story, 1 if closed else _MOST_ENTERED)
         if not (closed and _open(fits)):
-            fits += _others(problem, bending, structure, story, fits[0]) if _open(fits) else []
-            best = [form for one in _best(fits, unseen) for form in (one, *_also_by_parts(one, story))]
-            story.say(f"Everything that may be missing in the model at once: gap {best[0].gap:.2f}.")
-            told += [_aligned(one, story, unseen) for one in best]
+            fits += _with_instruments(bending, story) if _open(fits) else []
+            best = fits[0] if not _open(fits[:1]) else _best(fits, unseen)[0]
+            story.say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
+            told.append(_aligned(best, story, unseen))
         likeliest = _likeliest(told, unseen)
     assert likeliest is not None
     known = likeliest.found
@@ -116,25 +118,6 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
     return any(gain > count * MATERIAL + found.price * size for gain, size in gains)
 
 
-def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> tuple[Found, bool]:
-    """The fit with bearings, base and mounts that may give way, from rigid ones, and from usual ones where
-    that leaves something open or many give way, which hide each other on the way; and whether it is that, and
-    not the one with links that may bend, which leaves less than half as much.  Bearings give way in every
-    arm; in a wrong model links always take up something.
-    """
-    story.doing("fitting with bearings that may give way")
-    bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
-    fit = dense_fit(problem, bearings, usual=False, until=story.until)
-    if story.late or not (_several(fit) or _open([fit])):
-        return fit, True
-    fit = min(fit, dense_fit(problem, bearings, usual=True, until=story.until), key=_objective)
-    if not _open([fit]):
-        return fit, True
-    story.doing("fitting with links that may give way, too")
-    other = dense_fit(problem, structure, usual=False, until=story.until)
-    return (other, False) if other.gap**2 - 1 < _LEFT * (fit.gap**2 - 1) else (fit, True)
-
-
 def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: bool) -> list[Found]:
     """The fit with what bearings do not stand for as long as something pays; once a link bends, with forms of
     links uncertain.
@@ -150,12 +133,6 @@ def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: boo
     return [fit, *others]
 
 
-def _several(found: Found) -> bool:
-    """Whether many give way a little."""
-    unknowns = found.unknowns
-    return sum(unknowns.moved(one, found.x, found.product) > SEEN for one in unknowns.units) > FEW
-
-
 def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
     """The fit with what no spring stands for in two rounds; where links bend by parts, gone on with their
     forms uncertain in the second.
@@ -166,6 +143,12 @@ def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
     return _further(fits[0], story, 1) if _open(fits) else fits
 
 
+def _several(found: Found) -> bool:
+    """Whether many give way a little."""
+    unknowns = found.unknowns
+    return sum(unknowns.moved(one, found.x, found.product) > SEEN for one in unknowns.units) > FEW
+
+
 def _complete(kept: Pruned) -> bool:
     """Whether a model that explains the data leaves nothing to another start: links that bend, which its
     bearings may stand for, would gain no more than estimators get wrong; or it has some, and began as that
@@ -173,7 +156,7 @@ def _complete(kept: Pruned) -> bool:
     """
     found = kept.found
     if any(isinstance(one, LinkFlexibility) for one in found.effects):
-        return kept.closed and found.usual and bool(found.problem.nuisances.entries)
+        return kept.closed and found.whole and bool(found.problem.nuisances.entries)
     if not kept.closed:
         return False
     local = Quadratic.about(found, (*found.effects, *links(found.study)), {})
@@ -182,7 +165,26 @@ def _complete(kept: Pruned) -> bool:
     return local.gain(new) < found.unknowns.count * MATERIAL + found.price * size
 
 
-def _with_links_as_stated(
+def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> Found | None:
+    """The fit from rigid bearings, base and mounts where few of them give way; the one from rigid links, too,
+    where that leaves less than half as much with them: bearings stand for a link that bends; None where many
+    give way, which hide each other on the way from rigid.
+    """
+    story.doing("fitting with bearings that may give way")
+    bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
+    fit = dense_fit(problem, bearings, story.until)
+    if story.late or not _several(fit):
+        return fit
+    if not _open([fit]):
+        return None
+    story.doing("fitting with links that may give way, too")
+    left = 1 + _LEFT * (fit.gap**2 - 1)
+    rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
+    other = dense_fit(problem, structure, story.until, rival)
+    return other if other.gap**2 < left else None
+
+
+def _with_few(
     problem: Problem,
     bending: Problem,
     structure: tuple[Effect, ...],
@@ -191,14 +193,14 @@ def _with_links_as_stated(
     *,
     doubted: bool,
 ) -> list[Pruned]:
-    """What is missing beside bearings or, where they bend, links, none of them of another form than stated
-    unless that is open.
-    """
-    fit, bearings = _begun(problem, structure, story)
-    if bearings:
-        fits = _beside_bearings(fit, bending, story, doubted=doubted)
-    else:
+    """What is missing where few springs give way, if any."""
+    fit = _begun(problem, structure, story)
+    if fit is None:
+        return []
+    if any(isinstance(one, LinkFlexibility) for one in fit.effects):
         fits = _beside_links(fit, bending, story)
+    else:
+        fits = _beside_bearings(fit, bending, story, doubted=doubted)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
     models = [(one, _aligned(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
     again = [one for one, model in models if _may_stand_for_others(one, model, fit.effects)]
@@ -232,20 +234,12 @@ def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, 
     return model.closed and 0 < entered < len(model.evidence)
 
 
-def _others(
-    problem: Problem, bending: Problem, structure: tuple[Effect, ...], story: Story, first: Found
-) -> Iterator[Found]:
-    """Where that leaves something open: with all instruments from the start, and band by band."""
+def _with_instruments(problem: Problem, story: Story) -> list[Found]:
+    """Where that leaves something open: with all instruments from the start."""
     if story.late:
-        return
+        return []
     story.doing("fitting again, with errors of every sensor and force")
-    more = [one for one in instruments(problem) if one not in structure]
-    fit = dense_fit(problem, (*structure, *more), usual=True, until=story.until)
-    yield fit
-    if _open([first, fit]) and not story.late:
-        story.doing("fitting again, from the lower part of the band up")
-        banded = dense_fit(bending, structure, usual=True, shares=_WIDENED, until=story.until)
-        yield from _further(banded, story) if banded.objective < first.objective else [banded]
+    return [usual_fit(problem, tuple(instruments(problem)), story.until)]
 
 
 def _likeliest(models: Sequence[Pruned], unseen: Unseen | None) -> Pruned | None:
@@ -276,7 +270,7 @@ def _best(fits: Sequence[Found], unseen: Unseen | None) -> list[Found]:
 
 def _recognised(found: Found) -> Found:
     """The fit without sensors whose errors have no form of their own, such as a gain or exchanged axes."""
-    known = weighed(found.unknowns, found.product, 1.0)
+    known = weighed(found.unknowns, found.x, found.product, 1.0)
     units = [
         one
         for one in found.unknowns.units
@@ -302,7 +296,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
     for _ in range(most):
         believed = believable(found.problem, found.values)
         closed = found.gap < CLOSED and believed and not doubted
-        if story.late or (closed and not _several(found)):
+        if story.late or (closed and (found.whole or not _several(found))):
             break
         more = _one_further(found, story, shares, believed=believed, closed=closed)
         if more is None:
@@ -327,15 +321,12 @@ def _one_further(
     every = () if closed else trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
     worth = _worth(found, likely)
-    story.doing("fitting the likeliest of it, and links that bend")
+    story.doing("fitting the likeliest of it")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
-    astray = not believed and found.gap >= CLOSED
+    astray = not (believed or found.whole) and found.gap >= CLOSED
     stated = {one.name: 0.0 for one in found.problem.nuisances.entries} if astray else {}
-    fitted = [
-        *_tried(found, worth, stated, shares, believed=believed),
-        *_softer(found),
-    ]
+    fitted = _tried(found, worth, stated, shares, believed=believed)
     if not fitted:
         return None
     likeliest = max(fitted, key=_odds)
@@ -394,7 +385,7 @@ def _tried(
     all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
     than the first order of what they would gain now.
     """
-    glanced = [(one, gone_on(found, one.effects, {**start, **one.values}, _GLANCED)) for one in trials]
+    glanced = list(_glanced(found, trials, start))
     glanced.sort(key=lambda pair: -_odds(pair[1]))
     # What is foreseen to be worth most may begin slowly, and what gains most for each unknown be likeliest.
     glanced[1:] = sorted(glanced[1:], key=lambda pair: pair[0] is not trials[0])
@@ -403,7 +394,9 @@ def _tried(
     )
     fitted = list[Found]()
     for place, (trial, fit) in enumerate(glanced):
-        own = fit if place >= _SETTLED else _ended(found, fit, believed=believed)
+        # What errors beyond belief have made up for goes back slowly, and is not told by its pace.
+        rival = min(map(_objective, fitted), default=np.inf) if believed or found.whole else np.inf
+        own = fit if place >= _SETTLED else _ended(found, fit, rival, believed=believed)
         gained = max(found.unpriced - own.unpriced, 0.0)
         new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
         shares[new] = min(shares.get(new, 1.0) * share, 1.0)
@@ -411,20 +404,22 @@ def _tried(
     return fitted
 
 
-def _softer(found: Found) -> list[Found]:
-    """The fit with the likeliest link that bends as usual, if one lowers its costs in a few steps; gone on
-    with, or begun afresh, because bearings that have made up for it are in a valley of their own.
+def _glanced(
+    found: Found, trials: Sequence[Trial], start: Mapping[str, float]
+) -> Iterator[tuple[Trial, Found]]:
+    """Some steps with each trial, until one gains twice as much as any that follows is foreseen to gain; all
+    of them near the data, where errors that are out leave first order little to foresee.
     """
-    seen = [(gone_on(found, one.effects, one.values, _GLANCED), one) for one in soft_links(found)]
-    seen = [pair for pair in seen if _odds(pair[0]) > _odds(found)]
-    if not seen:
-        return []
-    best, trial = max(seen, key=lambda pair: _odds(pair[0]))
-    more, begun = settled(best), gone_on(found, trial.effects, trial.values, 0)
-    return [min(more, afresh(begun, more.objective, trial.values), key=_objective)]
+    most = 0.0
+    for one in trials:
+        if most > _CLEARLY * one.gain and found.gap >= CLOSED:
+            return
+        fit = gone_on(found, one.effects, {**start, **one.values}, _GLANCED)
+        most = max(most, found.unpriced - fit.unpriced)
+        yield one, fit
 
 
-def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
+def _ended(found: Found, fit: Found, rival: float, *, believed: bool) -> Found:
     """A trial's fit to its end; where several free sensors leave something open, with those alone whose
     errors have the form of a fault: others compensate for shapes that are not there yet, and would keep them
     out.  One alone has to pay for itself.
@@ -432,20 +427,13 @@ def _ended(found: Found, fit: Found, *, believed: bool) -> Found:
     Errors beyond belief have made up for what the trial may be, and go back along a valley that bends, slowly
     even beside the truth: where they do not go back, the fit is begun afresh, too.
     """
-    more = settled(fit)
+    more = settled(fit, rival=rival)
     several = any(isinstance(one, SensorMatrix) and len(one.points) > 1 for one in found.new(fit.effects))
     if several and more.gap >= CLOSED:
         more = _recognised(more)
-    if believed or (more.gap < CLOSED and believable(more.problem, more.values)):
+    if believed or found.whole or (more.gap < CLOSED and believable(more.problem, more.values)):
         return more
     return min([more, afresh(more, more.objective)], key=_objective)
-
-
-def _also_by_parts(found: Found, story: Story) -> Iterator[Found]:
-    """The fit with links by parts where one bends beside other units, which may compensate for its form."""
-    seen = [one for one in found.unknowns.units if found.unknowns.moved(one, found.x, found.product) > SEEN]
-    if len(seen) > len(bent_links(found)) and not story.late:
-        yield from (gone_on(found, *parts) for parts in by_parts(found))
 
 
 def _objective(fit: Found) -> float:

@@ -14,7 +14,6 @@ from identify.discovery.sparse.dense import (
     instruments,
     links,
     relaxations,
-    with_more,
 )
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.fit import Found
@@ -25,9 +24,6 @@ from identify.discovery.sparse.unknowns import Unit
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
-
-_BENT = 0.3
-"""Share of a usual link's compliance that a trial begins with: most bend less."""
 
 
 class Trial(NamedTuple):
@@ -70,20 +66,6 @@ def _linear(found: Found) -> Iterator[Trial]:
             for unit in own:
                 values = local.there([unit]) if found.gap < CLOSED else {}
                 yield Trial(local.gain([unit]), (*found.effects, _alone(unit)), values, len(unit.all))
-
-
-def soft_links(found: Found) -> Iterator[Trial]:
-    """Each link that does not bend, begun as links usually do: where soft bearings have made up for one, its
-    bending is uphill at nothing, so that no first order foresees what it gains.
-    """
-    absent = _absent(found, links(found.study))
-    if not absent:
-        return
-    system = with_more(found.study, absent).measurements[0].system
-    for one, numbers in system.effects[len(system.effects) - len(absent) :]:
-        own = [system.parameters[n] for n in numbers]
-        values = {p.name: _BENT * p.initial for p in own if p.name.endswith(".compliance")}
-        yield Trial(0.0, (*found.effects, one), values, len(own))
 
 
 def _absent(found: Found, some: Sequence[Effect]) -> list[Effect]:

@@ -161,19 +161,47 @@ class Unknowns:
         return np.where(self.springs | self.nuisances, 0.0, self.to_x(self.problem.initial))
 
     @cached_property
+    def _own(self) -> Mask:
+        """Of the study's own effects."""
+        own = [n for _, numbers in self.problem.measurements[0].system.effects[: self.known] for n in numbers]
+        return np.isin(self.free, own)
+
+    @cached_property
+    def usual_compliance(self) -> Array:
+        """(f,): of springs that may be missing, what is usual, where that is known; zero else."""
+        std = np.array([self.problem.parameters[n].prior_std for n in self.free])
+        links = np.array([name.startswith("link") for name in self.names])
+        return np.where(self.springs & ~self._own & ~links, std, 0.0)
+
+    @cached_property
     def precision(self) -> Array:
-        """(f,) of normal priors about the reference; zero where nothing is known before."""
-        own = {n for _, numbers in self.problem.measurements[0].system.effects[: self.known] for n in numbers}
-        found = np.where(self.log & np.isin(self.free, list(own)), _GUESS_STD**-2, 0.0)
+        """(f,) of normal priors about the reference; zero where nothing is known before, and where a prior is
+        not normal.
+        """
+        found = np.where(self.log & self._own, _GUESS_STD**-2, 0.0)
         for position, number in enumerate(self.free):
             if self.nuisances[position]:
                 found[position] = 1.0
-            elif self.problem.parameters[number].prior_std:
+            elif self.problem.parameters[number].prior_std and not self.usual_compliance[position]:
                 found[position] = self.problem.parameters[number].prior_std ** -2
         for unit in self.units:
             if isinstance(unit.effect, MeasurementEffect):
                 found[unit.amplitudes] = self.usual(unit) ** -2
         return found
+
+    def precision_at(self, x: Array) -> Array:
+        """(f,): the same, with half Cauchy priors of compliances by the normal ones that touch them at x."""
+        usual = self.usual_compliance
+        heavy = 2 / np.where(usual > 0, usual**2 + x**2, 1.0)
+        return np.where(usual > 0, heavy, self.precision)
+
+    def unlikely(self, x: Array) -> float:
+        """Minus the logarithm of all priors at x (f,) but for a constant: most bearings give way about as
+        usual, and a few far more.
+        """
+        usual, away = self.usual_compliance, x - self.reference
+        heavy = np.log1p((x[usual > 0] / usual[usual > 0]) ** 2)
+        return float(0.5 * self.precision @ away**2 + heavy.sum())
 
     def usual(self, unit: Unit) -> float:
         """By how much a fault of the measurement is off where there is one: standard deviation on the search
