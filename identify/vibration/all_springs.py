@@ -63,9 +63,8 @@ def _usual(
 ) -> Iterator[Effect]:
     """Of a bearing along axes and about them, which have other units."""
     if isinstance(spring, LinkFlexibility):
-        stiffness = usual_stiffness(f"joint{spring.number(robot)}", "r", values)
         held = {"bending_damping": damped, "torsion_damping": damped}
-        yield _within(spring, stiffness * spring.beam(robot).length, held)
+        yield _within(spring, usual_rigidity(robot, spring, values), held)
     elif isinstance(spring, Springs):
         [body, *_] = spring.free_coordinates(robot)[0].split(".")
         for kind in "tr":
@@ -76,6 +75,11 @@ def _usual(
 
 def _within(spring: Effect, usual: float, update: Mapping[str, object]) -> Effect:
     return spring.model_copy(update={**update, "compliance_std": float(f"{1 / usual:.3g}")})
+
+
+def usual_rigidity(robot: Robot, link: LinkFlexibility, values: Mapping[str, float]) -> float:
+    """EI or GJ, N m^2, of a link that turns at its end as much as the bearing of its joint does."""
+    return usual_stiffness(f"joint{link.number(robot)}", "r", values) * link.beam(robot).length
 
 
 def usual_stiffness(body: str, axis: str, values: Mapping[str, float]) -> float:

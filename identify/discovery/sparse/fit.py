@@ -17,9 +17,10 @@ from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
 from identify.model.effects.base import Effect
 from identify.model.effects.coupling import soft_axes
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.model.effects.springs import Springs
-from identify.vibration.all_springs import usual_springs, usual_stiffness
+from identify.vibration.all_springs import usual_rigidity, usual_springs, usual_stiffness
 from identify.vibration.problem import Problem
 from identify.vibration.scales import scaled_drives
 
@@ -161,12 +162,16 @@ def _start(unknowns: Unknowns, *, usual: bool) -> Array:
 
 
 def _usual(unknowns: Unknowns, x: Array) -> Array:
-    """With compliances of usual bearings beside the drives at x (f,)."""
-    found, values = x.copy(), unknowns.by_name(x)
+    """With compliances of usual bearings and links beside the drives at x (f,)."""
+    found, values, model = x.copy(), unknowns.by_name(x), unknowns.problem
+    links = {one.link: one for one in model.file.study.effects if isinstance(one, LinkFlexibility)}
     for number in np.flatnonzero(unknowns.springs):
         body, axis, *_ = unknowns.names[number].split(".")
-        if body.startswith(("base", "joint", "payload")):
-            found[number] = min(1 / usual_stiffness(body, axis, values), unknowns.limits[1][number])
+        if body in links:
+            stiffness = usual_rigidity(model.robot, links[body], values)
+        else:
+            stiffness = usual_stiffness(body, axis, values)
+        found[number] = min(1 / stiffness, unknowns.limits[1][number])
     return found
 
 

@@ -87,19 +87,27 @@ def explain(
     likeliest = _likeliest(told, unseen)
     if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
         closed = any(one.closed for one in told)
-        story.doing("fitting everything that may be missing at once")
-        whole = usual_fit(bending, tuple(of_all(bending)), story.until)
-        story.say(f"With all bearings and links about as compliant as is usual: gap {whole.gap:.2f}.")
-        fits = _further(whole, story, 1 if closed else _MOST_ENTERED)
-        if not (closed and _open(fits)):
-            fits += _with_instruments(bending, story) if _open(fits) else []
-            best = fits[0] if not _open(fits[:1]) else _best(fits, unseen)[0]
-            story.say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
-            told.append(_aligned(best, story, unseen))
-        likeliest = _likeliest(told, unseen)
+        likeliest = _likeliest([*told, *_with_all(bending, story, unseen, closed=closed)], unseen)
     assert likeliest is not None
     known = likeliest.found
     return Explained(named(known, likeliest.evidence, likeliest.inflated), known.values, known.study)
+
+
+def _with_all(problem: Problem, story: Story, unseen: Unseen | None, *, closed: bool) -> list[Pruned]:
+    """What is missing where everything gives way about as it usually does; closed: whether a model with less
+    leaves nothing open, so that one that does is no better.
+    """
+    story.doing("fitting everything that may be missing at once")
+    whole = usual_fit(problem, tuple(of_all(problem)), story.until)
+    story.say(f"With all bearings and links about as compliant as is usual: gap {whole.gap:.2f}.")
+    fits = _further(whole, story, 1 if closed else _MOST_ENTERED)
+    if closed and _open(fits):
+        return []
+    if _open(fits):
+        fits += _with_instruments(problem, story)
+    best = _best(fits, unseen) if _open(fits[:1]) else fits[0]
+    story.say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
+    return [_aligned(best, story, unseen)]
 
 
 def _structure(problem: Problem) -> tuple[Effect, ...]:
@@ -151,13 +159,10 @@ def _several(found: Found) -> bool:
 
 def _complete(kept: Pruned) -> bool:
     """Whether a model that explains the data leaves nothing to another start: links that bend, which its
-    bearings may stand for, would gain no more than estimators get wrong; or it has some, and began as that
-    other start does, and their forms are uncertain.
+    bearings may stand for, would gain no more than estimators get wrong.
     """
     found = kept.found
-    if any(isinstance(one, LinkFlexibility) for one in found.effects):
-        return kept.closed and found.whole and bool(found.problem.nuisances.entries)
-    if not kept.closed:
+    if not kept.closed or any(isinstance(one, LinkFlexibility) for one in found.effects):
         return False
     local = Quadratic.about(found, (*found.effects, *links(found.study)), {})
     new = [unit for unit in local.units if isinstance(unit.effect, LinkFlexibility)]
@@ -257,15 +262,13 @@ def _evidence(model: Pruned) -> float:
     return model.found.log_evidence
 
 
-def _best(fits: Sequence[Found], unseen: Unseen | None) -> list[Found]:
-    """Those that leave nothing open; where all do, none of them is the truth, and the one that predicts
+def _best(fits: Sequence[Found], unseen: Unseen | None) -> Found:
+    """The likeliest; where all leave something open, none of them is the truth, and the one that predicts
     unseen data best is kept.
     """
-    if not _open(fits):
-        return [one for one in fits if one.gap < CLOSED]
-    if unseen is None:
-        return [min(fits, key=_objective)]
-    return [min(fits, key=lambda one: unseen(one.study, one.effects, one.values))]
+    if unseen is None or not _open(fits):
+        return min(fits, key=_objective)
+    return min(fits, key=lambda one: unseen(one.study, one.effects, one.values))
 
 
 def _recognised(found: Found) -> Found:
