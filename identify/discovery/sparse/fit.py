@@ -69,6 +69,11 @@ class Found:
         """What each parameter costs, in units of log likelihood."""
         return price(self.unknowns.count)
 
+    @property
+    def left(self) -> float:
+        """What explaining all of the gap would gain, in units of log likelihood with a free scale."""
+        return self.unknowns.count * float(np.log(max(self.gap, 1.0)))
+
     @cached_property
     def marginal(self) -> float:
         """Logarithm of the likelihood with nuisance parameters integrated out (Laplace) but for a constant:

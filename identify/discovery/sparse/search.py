@@ -170,23 +170,20 @@ def _complete(kept: Pruned) -> bool:
     return local.gain(new) < found.unknowns.count * MATERIAL + found.price * size
 
 
-def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> Found | None:
-    """The fit from rigid bearings, base and mounts where few of them give way; the one from rigid links, too,
-    where that leaves less than half as much with them: bearings stand for a link that bends; None where many
-    give way, which hide each other on the way from rigid.
+def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> Found:
+    """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way and it leaves
+    less than half as much with links: bearings stand for a link that bends.
     """
     story.doing("fitting with bearings that may give way")
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
     fit = dense_fit(problem, bearings, story.until)
-    if story.late or not _several(fit):
+    if story.late or not (_several(fit) and _open([fit])):
         return fit
-    if not _open([fit]):
-        return None
     story.doing("fitting with links that may give way, too")
     left = 1 + _LEFT * (fit.gap**2 - 1)
     rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
     other = dense_fit(problem, structure, story.until, rival)
-    return other if other.gap**2 < left else None
+    return other if other.gap**2 < left else fit
 
 
 def _with_few(
@@ -198,12 +195,16 @@ def _with_few(
     *,
     doubted: bool,
 ) -> list[Pruned]:
-    """What is missing where few springs give way, if any."""
+    """What is missing where few springs give way, or many stand for one thing; else nothing: many hide each
+    other on the way from rigid.
+    """
     fit = _begun(problem, structure, story)
-    if fit is None:
-        return []
     if any(isinstance(one, LinkFlexibility) for one in fit.effects):
         fits = _beside_links(fit, bending, story)
+    elif _several(fit) and not story.late:
+        fits = _further(fit, story, 1, alone=True)
+        if _open(fits) or fits[0] is fit:
+            return []
     else:
         fits = _beside_bearings(fit, bending, story, doubted=doubted)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
@@ -287,11 +288,14 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False) -> list[Found]:
+def _further(
+    found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False, alone: bool = False
+) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.  Where nothing is open,
-    many that give way may still stand for a link that bends.
+    many that give way may still stand for a link that bends.  alone: only what is foreseen to explain all of
+    the gap, of which first order sees half at least.
     """
     others, shares = list[Found](), dict[str, float]()
     if found.gap < CLOSED and not believable(found.problem, found.values):
@@ -301,7 +305,7 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: 
         closed = found.gap < CLOSED and believed and not doubted
         if story.late or (closed and (found.whole or not _several(found))):
             break
-        more = _one_further(found, story, shares, believed=believed, closed=closed)
+        more = _one_further(found, story, shares, believed=believed, closed=closed, alone=alone)
         if more is None:
             break
         found, others = more
@@ -315,15 +319,16 @@ def _one_further(
     *,
     believed: bool,
     closed: bool,
+    alone: bool,
 ) -> tuple[Found, list[Found]] | None:
     """The fit with the likeliest of what it lacks, and what else closes the gap; None where nothing pays;
-    believed: whether its errors are; closed: whether links that bend are all that it may lack; shares: as
-    `_tried` has them.
+    believed: whether its errors are; closed: whether links that bend are all that it may lack; alone: as
+    `_further` has it; shares: as `_tried` does.
     """
     story.doing("scoring what else may be missing")
     every = () if closed else trials(found)
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
-    worth = _worth(found, likely)
+    worth = _worth(found, likely, found.left / _CLEARLY if alone else 0.0)
     story.doing("fitting the likeliest of it")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
@@ -357,11 +362,13 @@ def _before(found: Found) -> float:
     return float(np.log(max(others, 1)) * sum(one.link == last for one in bodies))
 
 
-def _worth(found: Found, trials: Sequence[Trial]) -> list[Trial]:
-    """Those that gain most beyond the price of their unknowns, and of other kinds what gains most for each of
-    these: by first order large effects gain less than they do, and what says the same with few would not be
-    seen.
+def _worth(found: Found, trials: Sequence[Trial], least: float) -> list[Trial]:
+    """Where any gains so much at least, those that gain most beyond the price of their unknowns, and of other
+    kinds what gains most for each of these: by first order large effects gain less than they do, and what
+    says the same with few would not be seen.
     """
+    if max((one.gain for one in trials), default=0.0) < least:
+        return []
     worth = [one for one in trials if one.gain > PAYS * found.price]
     most = sorted(worth, key=lambda one: found.price * one.size - one.gain)
     of_kind = dict[str, Trial]()
