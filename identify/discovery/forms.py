@@ -4,7 +4,7 @@ relaxation times in place of a spring, a strut in place of springs in any direct
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
@@ -66,9 +66,8 @@ def _exchanged(
     [before, *trials] = workers.run([present, *(task for _, task in pairs)], "other forms")
     criterion = EvidenceCriterion(before.gap**2)
     # On few lines of the fitted data alone these say which to refit, and not what other data say of them.
-    pairs_of_odds = [(criterion.log_odds(before, one), one) for one in trials]
-    likely = sorted((pair for pair in pairs_of_odds if pair[0] > _RIVAL), key=lambda pair: -pair[0])
-    found = convincing(workers, state, [one for _, one in likely], _WHOLE)
+    likely = [one for _, one in _likely(criterion, before, trials)]
+    found = convincing(workers, state, likely, _WHOLE)
     if found is None:
         return None
     model, gain = found
@@ -84,6 +83,14 @@ def _looked(
     return list(islice((pair for pair in every if pair[1]), _LOOKED))
 
 
+def _likely(
+    criterion: EvidenceCriterion, before: Trial, trials: Sequence[Trial]
+) -> list[tuple[float, Trial]]:
+    """Those whose probability beside a model is 1 % at least, with their log odds, the likeliest first."""
+    pairs = [(criterion.log_odds(before, one), one) for one in trials]
+    return sorted((pair for pair in pairs if pair[0] > _RIVAL), key=lambda pair: -pair[0])
+
+
 def _beside_rivals(workers: Workers, state: State) -> State:
     """With what the data cannot tell well from the most important effects, in their places."""
     criterion, added = EvidenceCriterion(variance_inflation(state.problem, state.model)), list[Added]()
@@ -91,8 +98,7 @@ def _beside_rivals(workers: Workers, state: State) -> State:
     for one in state.added:
         tasks = next((tasks for effect, tasks in places if effect == one.effect), [])
         [before, *trials] = workers.run([present, *tasks], "other forms") if tasks else [state.model]
-        pairs = [(criterion.log_odds(before, trial), trial) for trial in trials]
-        near = sorted((pair for pair in pairs if pair[0] > _RIVAL), key=lambda pair: -pair[0])
+        near = _likely(criterion, before, trials)
         rivals = tuple(Rival(trial.task.new[0], trial, odds) for odds, trial in near)
         added.append(replace(one, rivals=rivals))
     return replace(state, added=tuple(added))

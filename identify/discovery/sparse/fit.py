@@ -100,7 +100,7 @@ def dense_fit(
     """From springs that are rigid, which is near where one thing is missing; not to its end where it does not
     come near the objective of a rival.
     """
-    unknowns = Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+    unknowns = _unknowns(problem, effects)
     x = _led(unknowns, _start(unknowns, usual=False), until)
     return _settled(problem, effects, x, Penalised(unknowns), STEPS, until, rival)
 
@@ -113,7 +113,7 @@ def usual_fit(problem: Problem, more: tuple[Effect, ...], until: float = np.inf)
 
     def beside(values: Mapping[str, float]) -> tuple[tuple[Effect, ...], Unknowns]:
         effects = (*usual_springs(problem, values, damped=DampingValues()), *more)
-        return effects, Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+        return effects, _unknowns(problem, effects)
 
     _, unknowns = beside(problem.starts)
     x = _robust(unknowns, _start(unknowns, usual=True))
@@ -125,8 +125,13 @@ def usual_fit(problem: Problem, more: tuple[Effect, ...], until: float = np.inf)
 
 def standing(problem: Problem, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:
     """The problem's own model at values, with effects of which there is nothing yet."""
-    unknowns = Unknowns(with_more(problem, effects), len(problem.file.study.effects))
+    unknowns = _unknowns(problem, effects)
     return _settled(problem, effects, unknowns.at(values), Penalised(unknowns), 0, np.inf)
+
+
+def _unknowns(study: Problem, effects: tuple[Effect, ...], entered: tuple[Effect, ...] = ()) -> Unknowns:
+    """Of a study's problem with effects beyond its own."""
+    return Unknowns(with_more(study, effects), len(study.file.study.effects), entered)
 
 
 def _settled(
@@ -226,10 +231,9 @@ def _loose(unknowns: Unknowns, x: Array, until: float) -> Array:
 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:
     """Unknowns with other effects, and where they begin."""
-    model = with_more(found.study, effects)
     new = found.new(effects)
     entered = (*found.unknowns.entered, *(new if len(new) == 1 else ()))
-    unknowns = Unknowns(model, len(found.study.file.study.effects), entered)
+    unknowns = _unknowns(found.study, effects, entered)
     return unknowns, unknowns.at({**found.values, **values})
 
 

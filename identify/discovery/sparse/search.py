@@ -81,9 +81,8 @@ def explain(
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
-    structure = _structure(problem)
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_few(problem, bending, structure, story, unseen, doubted=doubted)
+    told = _with_few(problem, bending, story, unseen, doubted=doubted)
     likeliest = _likeliest(told, unseen)
     if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
         closed = any(one.closed for one in told)
@@ -170,11 +169,12 @@ def _complete(kept: Pruned) -> bool:
     return local.gain(new) < found.unknowns.count * MATERIAL + found.price * size
 
 
-def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> Found:
+def _begun(problem: Problem, story: Story) -> Found:
     """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way and it leaves
     less than half as much with links: bearings stand for a link that bends.
     """
     story.doing("fitting with bearings that may give way")
+    structure = _structure(problem)
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
     fit = dense_fit(problem, bearings, story.until)
     if story.late or not (_several(fit) and _open([fit])):
@@ -189,7 +189,6 @@ def _begun(problem: Problem, structure: tuple[Effect, ...], story: Story) -> Fou
 def _with_few(
     problem: Problem,
     bending: Problem,
-    structure: tuple[Effect, ...],
     story: Story,
     unseen: Unseen | None,
     *,
@@ -198,7 +197,7 @@ def _with_few(
     """What is missing where few springs give way, or many stand for one thing; else nothing: many hide each
     other on the way from rigid.
     """
-    fit = _begun(problem, structure, story)
+    fit = _begun(problem, story)
     if any(isinstance(one, LinkFlexibility) for one in fit.effects):
         fits = _beside_links(fit, bending, story)
     elif _several(fit) and not story.late:

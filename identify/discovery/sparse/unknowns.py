@@ -16,6 +16,7 @@ from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import Effect
 from identify.model.effects.coupling import SHARE, first_of, is_between
 from identify.model.effects.measurement import MeasurementEffect
+from identify.robot.posture import AXES
 from identify.vibration.problem import Problem
 
 _GUESS_STD = 1.0
@@ -168,10 +169,12 @@ class Unknowns:
 
     @cached_property
     def usual_compliance(self) -> Array:
-        """(f,): of springs that may be missing, what is usual, where that is known; zero else."""
+        """(f,): of bearings, base and mounts that may be missing, what is usual, where that is known; zero
+        else.
+        """
         std = np.array([self.problem.parameters[n].prior_std for n in self.free])
-        links = np.array([name.startswith("link") for name in self.names])
-        return np.where(self.springs & ~self._own & ~links, std, 0.0)
+        along_axes = np.array([name.partition(".")[2].partition(".")[0] in AXES for name in self.names])
+        return np.where(self.springs & ~self._own & along_axes, std, 0.0)
 
     @cached_property
     def precision(self) -> Array:
