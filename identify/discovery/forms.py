@@ -12,7 +12,7 @@ from itertools import islice
 import numpy as np
 
 from identify.core.errors import InputError, InputErrors
-from identify.core.thresholds import MATERIAL
+from identify.core.thresholds import CLOSED, MATERIAL
 from identify.discovery.decimated import decimated
 from identify.discovery.evidence import EvidenceCriterion, closed, variance_inflation
 from identify.discovery.misalignment import misaligned_task
@@ -114,12 +114,13 @@ def _forms(state: State, effect: Effect) -> Iterator[Task]:
 def _places(state: State, effect: Effect) -> Iterator[Task]:
     """The same along other axes and on the links beside it, and what it is at its limits."""
     known, values = state.without(effect), state.model.values
+    rival = CLOSED if closed(state.model) else np.inf
     for limit in effect.limits():
-        yield Task(known, (limit,), values, steps=_STEPS)
+        yield Task(known, (limit,), values, steps=_STEPS, rival=rival)
     own = Trial(Task(known, (effect,), values), values, 0.0, 1)
     for other in neighbours(state.problem, effect):
         with suppress(InputError, InputErrors):  # where another effect has that place
-            yield Task(known, (other,), moved(state.problem, own, other), steps=_STEPS)
+            yield Task(known, (other,), moved(state.problem, own, other), steps=_STEPS, rival=rival)
 
 
 def _starts(form: Effect, values: Mapping[str, float]) -> dict[str, float]:

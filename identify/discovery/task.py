@@ -19,7 +19,8 @@ class Task:
     """What is to be fitted: effects known to the model, further ones, and values to start from by parameter
     name; parameters of the further ones without a value begin at the best of their grid.
 
-    whole: on all lines, and judged by data that are not fitted; else on few.  steps: how many at most.
+    whole: on all lines, and judged by data that are not fitted; else on few.  steps: how many at most; rival:
+    gap of what the model is compared with, which a fit that would not come near does not go on for.
     """
 
     known: tuple[Effect, ...]
@@ -27,6 +28,7 @@ class Task:
     values: Mapping[str, float]
     whole: bool = False
     steps: int = 30
+    rival: float = np.inf
 
     @property
     def effects(self) -> tuple[Effect, ...]:

@@ -75,9 +75,8 @@ class TrialRunner:
 
     def _on_few_lines(self, task: Task) -> tuple[Problem, Array, float]:
         problem = with_effects(self.thin, task.effects, task.values)
-        return problem, *fitted(
-            problem, best_of(problem, self._starts(problem, task)), task.steps, _FEW_LINES
-        )
+        start = best_of(problem, self._starts(problem, task))
+        return problem, *fitted(problem, start, task.steps, _FEW_LINES, task.rival)
 
     def _elsewhere(self, problem: Problem, task: Task, found: Mapping[str, float]) -> tuple[float, int]:
         """Sum of squares and count on data that were not fitted: those for validation, or channels left out
@@ -115,20 +114,23 @@ def best_of(problem: Problem, starts: Array) -> Array:
     return np.asarray(starts[int(np.argmin(likelihood(problem).costs(starts)))])
 
 
-def fitted(problem: Problem, start: Array, steps: int, tolerance: float) -> tuple[Array, float]:
+def fitted(
+    problem: Problem, start: Array, steps: int, tolerance: float, rival: float = np.inf
+) -> tuple[Array, float]:
     """From start (unknowns,), after so many steps at most, to the greatest likelihood near it; values and
-    cost.
+    cost.  rival: as `Search` has it.
     """
-    return minimum(problem, start, GaussNewton(evaluations=steps, tolerance=tolerance), likelihood(problem))
+    optimizer = GaussNewton(evaluations=steps, tolerance=tolerance)
+    return minimum(problem, start, optimizer, likelihood(problem), rival)
 
 
 def minimum(
-    problem: Problem, start: Array, optimizer: GaussNewton, objective: Objective
+    problem: Problem, start: Array, optimizer: GaussNewton, objective: Objective, rival: float = np.inf
 ) -> tuple[Array, float]:
     """From start (unknowns,): values and cost."""
     scale = Scale(problem.parameters)
     far = FAR if problem.nuisances.entries else np.inf
-    search = Search(objective, scale, 10 * optimizer.evaluations, far=far)
+    search = Search(objective, scale, 10 * optimizer.evaluations, far=far, rival=rival)
     minimized(optimizer, search, scale.to_x(start), np.random.default_rng(0))
     if search.best_x is None:
         return start, float("inf")

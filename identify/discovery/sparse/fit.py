@@ -101,7 +101,7 @@ def dense_fit(
     come near the objective of a rival.
     """
     unknowns = _unknowns(problem, effects)
-    x = _led(unknowns, _start(unknowns, usual=False), until)
+    x = _led(unknowns, _start(unknowns, usual=False), until, rival)
     return _settled(problem, effects, x, Penalised(unknowns), STEPS, until, rival)
 
 
@@ -210,13 +210,13 @@ def afresh(found: Found, rival: float = np.inf) -> Found:
     unknowns = found.unknowns
     reset = unknowns.springs | unknowns.nuisances | unknowns.times
     rigid = np.where(reset, unknowns.reference, found.x)
-    x = _led(unknowns, rigid, found.until)
+    x = _led(unknowns, rigid, found.until, rival)
     return _onwards(found, found.effects, x, Penalised(unknowns), STEPS, rival)
 
 
-def _led(unknowns: Unknowns, x: Array, until: float) -> Array:
+def _led(unknowns: Unknowns, x: Array, until: float, rival: float) -> Array:
     """The first steps."""
-    return _loose(unknowns, _robust(unknowns, x), until)
+    return _loose(unknowns, _robust(unknowns, x), until, rival)
 
 
 def _robust(unknowns: Unknowns, x: Array) -> Array:
@@ -224,9 +224,9 @@ def _robust(unknowns: Unknowns, x: Array) -> Array:
     return Penalised(unknowns, logarithmic=True, price=_LOOSE).led(Point(x), _ROBUST_STEPS).x
 
 
-def _loose(unknowns: Unknowns, x: Array, until: float) -> Array:
+def _loose(unknowns: Unknowns, x: Array, until: float, rival: float = np.inf) -> Array:
     """By the likelihood, which they hardly hold, either."""
-    return Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until).x
+    return Penalised(unknowns, price=_LOOSE).minimise(Point(x), _LOOSE_STEPS, until, rival).x
 
 
 def begun(found: Found, effects: tuple[Effect, ...], values: Mapping[str, float]) -> tuple[Unknowns, Array]:

@@ -12,23 +12,31 @@ logarithmic price lambda^3 ln(1 + u / lambda^2): Candes, Wakin and Boyd, J. Four
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array, Index, Mask
 from identify.core.bounded import bounded_step
+from identify.core.threads import each
+from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
-from identify.vibration.costs.information import by_lines, each_set, rows_of
+from identify.vibration.costs.information import Rows, bend, by_lines, each_set, rows_of
+from identify.vibration.costs.target import FrfTarget
 
 PRICE = 3.0
 """lambda: an amplitude must move what is left by about three of its standard deviations."""
 _LONGEST = 1.5
 """Change of a logarithm, or of an error in its standard deviations, in one step at most."""
-_SETTLED = 0.05
-"""Fall of the objective, in natural units of log odds, below which it is done; times the squared gap: far
-from the data what is missing gains far more than any last steps do."""
+_SETTLED, _OF_OPEN = 0.05, 3e-3
+"""Fall of the objective, in natural units of log odds, below which it is done; share of what closing the gap
+would gain that is as little, where a step was foreseen well: what is missing gains far more than last steps.
+"""
+_POOR, _ASIDE = 0.25, 0.1
+"""Share of a foreseen fall below which a step was foreseen badly; how far along it residuals are looked at
+then to tell how they bend."""
 _FEWEST = 3
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE = 4, 0.7
@@ -52,13 +60,17 @@ class Point:
 @dataclass(frozen=True)
 class Local:
     """The objective about a point: product (f + 1, f + 1) of [J r], scale g, weights (springs as f,
-    groups in order).
+    groups in order); told: what the sets say there of the unknowns that move, numbers (m,); slope: d value /
+    d x of these.
     """
 
     product: Array
     gap: float
     spring_weights: Array
     group_weights: Array
+    told: Sequence[tuple[FrfTarget, Rows]]
+    moving: Index
+    slope: Array
 
 
 class Penalised:
@@ -82,32 +94,26 @@ class Penalised:
             cost = float(self._likelihood.costs(self.unknowns.to_values(x)[None])[0])
         return cost**2 * self.count if np.isfinite(cost) else np.inf
 
-    def product(self, x: Array, moving: Mask | None = None) -> Array:
-        """[J r]'[J r] (f + 1, f + 1) on the search scale; zero for unknowns that are not moving, (f,)."""
+    def local(self, x: Array, moving: Mask | None = None) -> Local:
+        """What the objective is about a point; nothing of unknowns that are not moving, (f,)."""
         values, numbers = self.unknowns.to_values(x), self.unknowns.free
         some = np.flatnonzero(np.ones(len(numbers), dtype=bool) if moving is None else moving)
-        free = numbers[some]
-        parts = each_set(
-            lambda t: rows_of(t, values, free, self._likelihood.residuals_of).product(free),
-            by_lines(self.targets, len(free)),
-        )
-        slope = np.append(np.where(self.unknowns.log, values[numbers], 1.0)[some], 1.0)
-        found, place = np.zeros((len(numbers) + 1,) * 2), np.append(some, len(numbers))
-        found[np.ix_(place, place)] = sum(parts) * np.outer(slope, slope)
-        return found
-
-    def local(self, x: Array, moving: Mask | None = None) -> Local:
-        """What the objective is about a point."""
-        product = self.product(x, moving)
+        free, targets = numbers[some], by_lines(self.targets, len(some))
+        residuals = self._likelihood.residuals_of
+        pairs = each_set(lambda t: (t, rows_of(t, values, free, residuals)), targets)
+        slope = np.where(self.unknowns.log, values[numbers], 1.0)[some]
+        product, place = np.zeros((len(numbers) + 1,) * 2), np.append(some, len(numbers))
+        every = sum(each(lambda pair: pair[1].product(free), pairs))
+        product[np.ix_(place, place)] = every * np.outer(np.append(slope, 1.0), np.append(slope, 1.0))
         gap = float(np.sqrt(max(product[-1, -1] / self.count, 1.0)))
         near = not self.logarithmic and self.price > 0
 
         def weights(units: Array) -> Array:
             return 1 / (1 + units / self.price**2) if near else np.ones_like(units)
 
-        of_springs = np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap
-        of_groups = np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups])
-        return Local(product, gap, np.where(self.alone, weights(of_springs), 0.0), weights(of_groups))
+        of_springs = np.where(self.alone, weights(np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap), 0.0)
+        of_groups = weights(np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups]))
+        return Local(product, gap, of_springs, of_groups, pairs, some, slope)
 
     def value(self, squares: float, x: Array, local: Local) -> float:
         """The objective at x, with the prices of the point that `local` is about."""
@@ -160,6 +166,22 @@ class Penalised:
             point = replace(inner, settled=point.settled)
         return point
 
+    def _least(self, gap: float) -> float:
+        """The fall below which a fit is done."""
+        return max(_SETTLED, _OF_OPEN * self.count * float(np.log(gap / CLOSED)))
+
+    def _bend(self, x: Array, change: Array, local: Local) -> Array:
+        """J'r'' (f,), with the second derivatives r'' of the residuals along a change (f,), but for unknowns
+        so near a bound that there is nothing on its other side; zero where it is not finite.
+        """
+        (lower, upper), reach = self.unknowns.limits, _ASIDE * np.abs(change)
+        aside = np.where((lower <= x - reach) & (x + reach <= upper), _ASIDE * change, 0.0)
+        sides = np.array([self.unknowns.to_values(x + aside), self.unknowns.to_values(x - aside)])
+        found, free = np.zeros(len(x)), self.unknowns.free[local.moving]
+        bent = bend(local.told, self._likelihood.residuals_of, sides, free) * local.slope / _ASIDE**2
+        found[local.moving] = bent if np.isfinite(bent).all() else 0.0
+        return found
+
     def step(self, point: Point, moving: Mask | None = None) -> Point:
         """One damped Gauss-Newton step within bounds (Marquardt, J. SIAM 11 (1963) 431-441)."""
         x, damping, local = point.x, point.damping, self.local(point.x, moving)
@@ -172,18 +194,30 @@ class Penalised:
         reach = np.where(self.unknowns.log | (self.unknowns.precision > 0), _LONGEST, np.inf)
         reach = np.where(self.unknowns.log, reach, 2 * reach)
         lowest, highest = np.maximum(lower, -reach), np.minimum(upper, reach)
-        some = np.flatnonzero(np.ones(len(x), dtype=bool) if moving is None else moving)
+        growth = 4.0
         for _ in range(_TRIALS):
-            damped, change = curvature + damping * np.diag(diagonal), np.zeros(len(x))
-            change[some] = bounded_step(damped[np.ix_(some, some)], slope[some], lowest[some], highest[some])
-            there = x + change
-            fall = here - self.value(self.squares(there), there, local)
+            damped = curvature + damping * np.diag(diagonal)
+            change = _within(damped, slope, (lowest, highest), local.moving)
+            foreseen = slope @ change - 0.5 * change @ curvature @ change
+            fall, there = here - self.value(self.squares(x + change), x + change, local), x + change
+            if fall < _POOR * foreseen:
+                bent, left = -self._bend(x, change, local) / (2 * scale), (lowest - change, highest - change)
+                other = np.clip(there + _within(damped, bent, left, local.moving), *self.unknowns.limits)
+                less = here - self.value(self.squares(other), other, local)
+                fall, there = max((fall, there), (less, other), key=lambda pair: pair[0])
             if fall > 0:
-                foreseen = slope @ change - 0.5 * change @ curvature @ change
-                damping *= 0.2 if fall > 0.7 * foreseen else 3.0 if fall < 0.25 * foreseen else 1.0
-                settled, steps = bool(fall < _SETTLED * scale), point.steps + 1
-                return Point(there, max(damping, 1e-9), steps, settled, here - fall, fall)
-            damping *= 4
+                poor = fall < _POOR * foreseen
+                damping *= 0.2 if fall > 0.7 * foreseen else 3.0 if poor else 1.0
+                done = fall < (_SETTLED if poor else self._least(local.gap))
+                return Point(there, max(damping, 1e-9), point.steps + 1, bool(done), here - fall, fall)
+            damping, growth = damping * growth, 2 * growth
             if damping > _MOST_DAMPED:
                 break
         return replace(point, settled=True)
+
+
+def _within(curvature: Array, slope: Array, bounds: tuple[Array, Array], moving: Index) -> Array:
+    """(f,): the step within bounds of those that move."""
+    own, change = curvature[np.ix_(moving, moving)], np.zeros(len(slope))
+    change[moving] = bounded_step(own, slope[moving], *(side[moving] for side in bounds))
+    return change

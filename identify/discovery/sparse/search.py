@@ -394,18 +394,15 @@ def _tried(
     all begin with beside their own; shares: of what was foreseen, what trials gained, which is known better
     than the first order of what they would gain now.
     """
-    glanced = list(_glanced(found, trials, start))
-    glanced.sort(key=lambda pair: -_odds(pair[1]))
+    pairs = sorted(_glanced(found, trials, start), key=lambda pair: -_odds(pair[1]))
     # What is foreseen to be worth most may begin slowly, and what gains most for each unknown be likeliest.
-    glanced[1:] = sorted(glanced[1:], key=lambda pair: pair[0] is not trials[0])
-    glanced[2:] = sorted(
-        glanced[2:], key=lambda pair: (pair[1].unpriced - found.unpriced) / max(pair[0].size, 1)
-    )
+    pairs[1:] = sorted(pairs[1:], key=lambda pair: pair[0] is not trials[0])
+    pairs[2:] = sorted(pairs[2:], key=lambda pair: (pair[1].unpriced - found.unpriced) / max(pair[0].size, 1))
     fitted = list[Found]()
-    for place, (trial, fit) in enumerate(glanced):
+    for place, (trial, fit) in enumerate(pairs):
         # What errors beyond belief have made up for goes back slowly, and is not told by its pace.
         rival = min(map(_objective, fitted), default=np.inf) if believed or found.whole else np.inf
-        own = fit if place >= _SETTLED else _ended(found, fit, rival, believed=believed)
+        own = _ended(found, fit, rival, believed=believed) if place < _SETTLED else fit
         gained = max(found.unpriced - own.unpriced, 0.0)
         new, share = _new(found, trial), gained / max(trial.gain, 1e-9)
         shares[new] = min(shares.get(new, 1.0) * share, 1.0)

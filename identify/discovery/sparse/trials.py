@@ -72,12 +72,13 @@ def _absent(found: Found, some: Sequence[Effect]) -> list[Effect]:
     """Those that a fit does not have; of sensors those that are not free."""
     free = {point for one in found.effects if isinstance(one, SensorMatrix) for point in one.points}
     bent = {one.link for one in found.effects if isinstance(one, LinkFlexibility)}
+    present = {one.sentence() for one in found.effects}
     rest = list[Effect]()
     for one in some:
         if isinstance(one, SensorMatrix):
             points = [point for point in one.points if point not in free]
             rest += [one.model_copy(update={"points": points})] if points else []
-        elif one not in found.effects and not (isinstance(one, LinkFlexibility) and one.link in bent):
+        elif one.sentence() not in present and not (isinstance(one, LinkFlexibility) and one.link in bent):
             rest.append(one)
     return rest
 

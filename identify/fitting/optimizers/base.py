@@ -69,7 +69,8 @@ class Search:
 
     watch is called after every evaluation with the number of evaluations so far and the best cost; journal
     remembers costs, so that an interrupted run can be replayed without computing them again.  far: cost above
-    which nobody asks where exactly the minimum is.
+    which nobody asks where exactly the minimum is; rival: cost that gradient methods do not go on above, once
+    steps as large as the last would not reach it.
     """
 
     objective: Objective
@@ -80,6 +81,7 @@ class Search:
     journal: Journal = field(default_factory=Journal)
     whole: Search | None = None
     far: float = np.inf
+    rival: float = np.inf
     evaluations: int = 0
     best_x: Array | None = None
     best_cost: float = np.inf
@@ -121,6 +123,11 @@ class Search:
         costs = np.where(np.isnan(found), np.inf, found)  # no number is no solution, and never the best
         self.journal.record(costs)
         return costs
+
+    def compare(self, cost: float, fall: float) -> None:
+        """Raise Ended where a cost that may still fall by so much would not come near the rival's."""
+        if cost - fall > self.rival:
+            raise Ended(f"steps as large as the last would not reach {self.rival:g}", reached=False)
 
     def residuals(self, x: Array) -> tuple[Array, Array]:
         """Residuals (free + 1,) and their derivatives with respect to x (free + 1, free), compressed; counts

@@ -80,6 +80,7 @@ class GaussNewton(Optimizer):
             # After the last step nothing needs derivatives.
             there = search.product(x + step) if fall > 0 and tried < self.evaluations else product
             if fall > 0 and np.isfinite(there).all():
+                search.compare(costs, (self.evaluations - tried) * (cost - costs))
                 x, cost, product = x + step, costs, there
                 damping = max(damping * max(1 / 3, 1 - (2 * fall / foreseen - 1) ** 3), _LEAST)
                 growth = 2.0

@@ -19,7 +19,7 @@ from pydantic import Field
 from identify.core.arrays import Array, Complex, Index, logarithm, real_product
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
-from identify.vibration.costs.information import Rows, by_lines, each_set, over_noise, rows_of, weights
+from identify.vibration.costs.information import Rows, bend, by_lines, each_set, over_noise, rows_of, weights
 from identify.vibration.costs.modal_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
@@ -165,13 +165,13 @@ class PosteriorObjective(ProductObjective):
         self._temperature = temperature
         self.count, self.targets = self._likelihood.count, self._likelihood.targets
         self._known: tuple[Array, float] | None = None
-        self._rows: list[Rows] = []
+        self._told: list[tuple[FrfTarget, Rows]] = []
         self._simulated = targets.simulated
 
     def at(self, values: Array) -> Objective:
         """With nothing known yet."""
         fresh = copy(self)
-        fresh._known, fresh._rows = None, []
+        fresh._known, fresh._told = None, []
         return fresh
 
     def costs(self, candidates: Array) -> Array:
@@ -186,16 +186,17 @@ class PosteriorObjective(ProductObjective):
 
     def product(self, values: Array, free: Index) -> Array:
         """Of the data, then of the errors."""
-        share = 0 if self._simulated else _KEPT_BYTES // len(self.targets)
-        self._rows = []  # before others are made: there is room for one of each set
+        targets = by_lines(self.targets, len(free))
+        share = 0 if self._simulated else _KEPT_BYTES // len(targets)
+        self._told = []  # before others are made: there is room for one of each set
 
         def own(target: FrfTarget) -> tuple[Array, Rows | None]:
             rows = rows_of(target, values, free, self._likelihood.residuals_of)
             return rows.product(free), rows if rows.nbytes < share else None
 
-        # Derivatives are kept where every set is in one part.
-        products, rows = zip(*each_set(own, by_lines(self.targets, len(free))), strict=True)
-        self._rows = [one for one in rows if one is not None] if len(rows) == len(self.targets) else []
+        products, rows = zip(*each_set(own, targets), strict=True)
+        kept = [(target, one) for target, one in zip(targets, rows, strict=True) if one is not None]
+        self._told = kept if len(kept) == len(targets) else []
         product = np.asarray(sum(products) / self._temperature)
         add_errors(product, values, free, self.errors, self._std)
         total = float(product[-1, -1])
@@ -206,14 +207,9 @@ class PosteriorObjective(ProductObjective):
     def bend(self, values: Array, free: Index, sides: Array) -> Array | None:
         """Of the data alone, because errors are residuals as they are; where derivatives were kept."""
         there = self._known is not None and np.array_equal(self._known[0][0], values)
-        if not there or len(self._rows) < len(self.targets):
+        if not there or not self._told:
             return None
-        bend = np.zeros(len(free))
-        with np.errstate(all="ignore"):
-            for target, rows in zip(self.targets, self._rows, strict=True):
-                away = [self._likelihood.residuals_of(target, h)[0] for h in target.predict(sides)]
-                bend += rows.pull(away[0] + away[1] - 2 * rows.residual, free)
-        return bend / self._temperature
+        return bend(self._told, self._likelihood.residuals_of, sides, free) / self._temperature
 
 
 def add_errors(product: Array, values: Array, free: Index, errors: Index, std: Array) -> None:

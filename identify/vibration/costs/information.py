@@ -89,6 +89,20 @@ def each_set(work: Callable[[FrfTarget], Made], targets: Sequence[FrfTarget]) ->
     return each(quietly, targets)
 
 
+def bend(told: Sequence[tuple[FrfTarget, Rows]], residuals: Residuals, sides: Array, free: Index) -> Array:
+    """J'r'' (free,) of sets and what they say somewhere: how their residuals bend towards sides (2, unknowns)
+    of it, one as far away as the other.
+    """
+
+    rows = dict(told)
+
+    def own(target: FrfTarget) -> Array:
+        one, other = (residuals(target, h)[0] for h in target.predict(sides))
+        return rows[target].pull(one + other - 2 * rows[target].residual, free)
+
+    return np.asarray(sum(each_set(own, list(rows)), start=np.zeros(len(free))))
+
+
 def information_by_force(targets: Sequence[FrfTarget], values: Array, free: Index) -> list[Information]:
     """The same of each force of each set on its own."""
     found = []

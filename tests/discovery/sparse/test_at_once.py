@@ -32,10 +32,12 @@ from identify.discovery.sparse.search import (
     explain,
     promising,
 )
+from identify.discovery.sparse.trials import trials
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.model.effects.sensor_mass import SensorMass
 from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.all_springs import all_springs
 from identify.vibration.nuisances.settings import FORMS_ALONE
@@ -445,6 +447,40 @@ def test_nuisance_parameters_are_not_priced(hammered: Hammered) -> None:
     )
     assert formed.nuisances.sum() > 20
     assert formed.size == plain.size
+
+
+def test_what_is_there_is_not_tried_once_more(hammered: Hammered) -> None:
+    """The mass of the sensors may enter by its score, and is an instrument, too."""
+    with one_thread():
+        problem = hammered.of("tilt_j2", 4)
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)[1:2]))
+        more = gone_on(fit, (*fit.effects, SensorMass()), {}, 1)
+        new = [one.sentence() for trial in trials(more) for one in more.new(trial.effects)]
+    assert new
+    assert SensorMass().sentence() not in new
+
+
+def test_where_a_step_was_foreseen_badly_the_bend_is_followed(
+    hammered: Hammered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with one_thread():
+        problem = hammered.of("tilt_j2", 4)
+        unknowns = Unknowns(with_more(problem, all_springs(problem, shrink=True)), 0)
+        fit, begin = Penalised(unknowns), Point(unknowns.to_x(unknowns.problem.initial))
+        for _ in range(10):
+            begin = fit.step(begin)
+        followed = fit.step(begin)
+        monkeypatch.setattr(Penalised, "_bend", lambda self, x, change, local: np.zeros(len(x)))
+        straight = fit.step(begin)
+    assert followed.fall > straight.fall > 0
+
+
+def test_a_fit_ends_sooner_the_more_is_missing_from_it(hammered: Hammered) -> None:
+    problem = hammered.of("none", 4)
+    fit = Penalised(Unknowns(problem, 0))
+    closed, near, far = (fit._least(gap) for gap in (1.0, 1.2, 3.0))
+    assert closed == pytest.approx(0.05)
+    assert closed < near < far < 0.01 * fit.count
 
 
 def test_a_fit_that_cannot_reach_its_rival_ends(hammered: Hammered) -> None:

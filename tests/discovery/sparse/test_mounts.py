@@ -63,7 +63,7 @@ def test_steps_lead_to_where_the_mount_is(tmp_path: Path, place: tuple[float, fl
         model = with_more(study, effects)
         unknowns = Unknowns(model, len(study.file.study.effects))
         x = unknowns.to_x(_values(model))
-        product = Penalised(unknowns, price=0.0).product(x)
+        product = Penalised(unknowns, price=0.0).local(x).product
         [(gain, effects)] = moved_mounts(study, effects, Beside.of(unknowns, x, product))
         assert gain >= 0
     assert effects[0].at_m == pytest.approx(place, abs=2e-3)  # type: ignore[attr-defined]

@@ -18,7 +18,7 @@ from identify.core.parameters import Parameter, Scale
 from identify.core.part_file import PartFile
 from identify.fitting.journal import Journal
 from identify.fitting.objective import Objective
-from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Search, parse_optimizer
+from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Search, minimized, parse_optimizer
 
 KINDS = OPTIMIZERS.names()
 
@@ -204,6 +204,14 @@ def test_a_search_knows_the_product_of_its_residuals_and_remembers_what_is_expen
     assert again.journal.replayed == expensive
     assert np.column_stack([slopes, rows]).T @ np.column_stack([slopes, rows]) == pytest.approx(product)
     assert first.evaluations == again.evaluations == 1
+
+
+def test_a_fit_that_steps_as_large_as_the_last_do_not_bring_near_its_rival_ends() -> None:
+    optimizer = parse_optimizer({"kind": "gauss-newton", "evaluations": 40})
+    for rival, ended in ((np.inf, False), (1.0, False), (1e-12, True)):
+        problem = search("noisy", 4, rival=rival)  # its least cost is above 1
+        outcome = minimized(optimizer, problem, np.full(4, 1.5), np.random.default_rng(0))
+        assert ("would not reach" in outcome.sentence) == ended
 
 
 def test_a_product_that_is_not_finite_is_infinite_and_remembered_as_such(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from identify.core.parameters import Scale
 from identify.discovery.decimated import decimated
 from identify.fitting.optimizers.base import Search
 from identify.model.effects.base import parse_effect
-from identify.vibration.costs import frf_least_squares
+from identify.vibration.costs import frf_least_squares, information
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, PosteriorObjective
 from identify.vibration.nuisances.settings import IMPACTS_ALONE
 from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
@@ -125,6 +125,21 @@ def test_a_known_compliance_costs_its_square(problem: Problem) -> None:
     assert change[row, -1] == pytest.approx(3e-8 / std**2)
     step = scale.slope(scale.to_x(values))[row]
     assert scale.prior_information()[row] == pytest.approx((step / std) ** 2)
+
+
+def test_residuals_bend_alike_in_parts_of_their_lines(
+    problem: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Data too large for derivatives at once are taken in parts, and bend all the same."""
+    scale, bends = Scale(problem.parameters), []
+    x = scale.to_x(problem.initial)
+    for most in (200_000_000, 2_000_000):
+        monkeypatch.setattr(information, "_MOST_BYTES", most)
+        search = Search(PosteriorObjective(FrfLeastSquares(), problem.targets()), scale, 10)
+        search.product(x)
+        bends.append(search.bend(x, np.full(len(x), 0.05)))
+    assert len(information.by_lines(problem.targets().frf, len(x))) > len(problem.targets().frf)
+    assert bends[1] == pytest.approx(bends[0], rel=1e-9)
 
 
 def test_residuals_bend_within_the_bounds(problem: Problem) -> None:
