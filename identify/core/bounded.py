@@ -11,6 +11,18 @@ _PATIENCE = 3
 """Exchanges of all wrong ones that may leave as many wrong ones as before."""
 
 
+ASIDE = 0.1
+"""How far along a step residuals are looked at to tell how they bend."""
+
+
+def aside(x: Array, step: Array, lower: Array, upper: Array) -> Array:
+    """(f,): so much of a step from x, but for unknowns so near a bound that there is nothing on its other
+    side.
+    """
+    reach = ASIDE * np.abs(step)
+    return np.where((lower <= x - reach) & (x + reach <= upper), ASIDE * step, 0.0)
+
+
 def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> Array:
     """(f,), by exchanging all at once that are on the wrong side, held ones whose slope points inside and
     free ones that are out of bounds (block principal pivoting: Portugal, Judice and Vicente, Mathematics of

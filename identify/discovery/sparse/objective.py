@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identify.core.arrays import Array, Index, Mask
-from identify.core.bounded import bounded_step
+from identify.core.bounded import ASIDE, aside, bounded_step
 from identify.core.threads import each
 from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.unknowns import Unknowns
@@ -34,9 +34,8 @@ _SETTLED, _OF_OPEN = 0.05, 3e-3
 """Fall of the objective, in natural units of log odds, below which it is done; share of what closing the gap
 would gain that is as little, where a step was foreseen well: what is missing gains far more than last steps.
 """
-_POOR, _ASIDE = 0.25, 0.1
-"""Share of a foreseen fall below which a step was foreseen badly; how far along it residuals are looked at
-then to tell how they bend."""
+_POOR = 0.25
+"""Share of a foreseen fall below which a step was foreseen badly: then residuals bend."""
 _FEWEST = 3
 _TRIALS, _MOST_DAMPED = 8, 1e8
 _INNER, _SPARSE = 4, 0.7
@@ -174,11 +173,10 @@ class Penalised:
         """J'r'' (f,), with the second derivatives r'' of the residuals along a change (f,), but for unknowns
         so near a bound that there is nothing on its other side; zero where it is not finite.
         """
-        (lower, upper), reach = self.unknowns.limits, _ASIDE * np.abs(change)
-        aside = np.where((lower <= x - reach) & (x + reach <= upper), _ASIDE * change, 0.0)
-        sides = np.array([self.unknowns.to_values(x + aside), self.unknowns.to_values(x - aside)])
+        away = aside(x, change, *self.unknowns.limits)
+        sides = np.array([self.unknowns.to_values(x + away), self.unknowns.to_values(x - away)])
         found, free = np.zeros(len(x)), self.unknowns.free[local.moving]
-        bent = bend(local.told, self._likelihood.residuals_of, sides, free) * local.slope / _ASIDE**2
+        bent = bend(local.told, self._likelihood.residuals_of, sides, free) * local.slope / ASIDE**2
         found[local.moving] = bent if np.isfinite(bent).all() else 0.0
         return found
 

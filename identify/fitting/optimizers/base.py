@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from identify.core.arrays import Array
+from identify.core.bounded import ASIDE, aside
 from identify.core.interruption import check
 from identify.core.parameters import Scale
 from identify.core.plugin import PluginError, name_of
@@ -39,8 +40,6 @@ OPTIMIZERS = Registry(
     "identify.fitting.optimizers.base:Optimizer",
     {"levenberg-marquardt": "gauss-newton"},
 )
-_ASIDE = 0.1
-"""How far along a step residuals are looked at to tell how they bend."""
 
 
 class Ended(Exception):
@@ -140,13 +139,12 @@ class Search:
         `product` was last computed, but for unknowns so near a bound that there is nothing on its other side;
         None where the objective does not tell.
         """
-        (lower, upper), reach = self.scale.bounds(), _ASIDE * np.abs(step)
-        aside = np.where((lower <= x - reach) & (x + reach <= upper), _ASIDE * step, 0.0)
-        sides = self.scale.to_values(np.array([x + aside, x - aside]))
+        change = aside(x, step, *self.scale.bounds())
+        sides = self.scale.to_values(np.array([x + change, x - change]))
         bend = self.objective.bend(self.scale.to_values(x), self.scale.free, sides)
         if bend is None or not np.isfinite(bend).all():
             return None
-        return np.asarray(bend * self.scale.slope(x) / _ASIDE**2)
+        return np.asarray(bend * self.scale.slope(x) / ASIDE**2)
 
     def product(self, x: Array) -> Array:
         """[J r]'[J r] (free + 1, free + 1) of the residuals r and their derivatives J with respect to x, all
