@@ -1,7 +1,8 @@
 """The Kawasaki study beside the paper: the fit with its rounds, identified values against the truth, the RMS
 table in the form of Table 3.
 
-python -m tests.benchmarks.kawasaki            fits (some three minutes) and writes docs/kawasaki_rms.png
+python -m tests.benchmarks.kawasaki            fits (some minutes); writes docs/kawasaki_rms.png and tables
+in results/pages/kawasaki_rs010l.json
 python -m tests.benchmarks.kawasaki FILE.h5    the same from the result of `identify fit
 configs/kawasaki_rs010l.yaml --out FILE.h5`
 """
@@ -12,7 +13,6 @@ import json
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,22 +21,15 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify.fitting.fit import fit
-from identify.fitting.plan import StageSettings
-from identify.motion.changed import with_numbers
-from identify.motion.plan import motion_plan
-from identify.motion.problem import load_motion
 from identify.motion.run import run_motion_fit
-from identify.motion.study import read_motion_study
-from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
 from identify.results import file as result_file
 from identify.results.motion import MotionResult
+from tests.benchmarks.pages import keep
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "configs/kawasaki_rs010l.yaml"
-BEES = 300
 TRUTH = {
     "gear.ratio": "gear_ratio",
     "servo.position_gain": "position_gain_v_rad",
@@ -79,26 +72,41 @@ def table(result: MotionResult) -> dict[tuple[str, int], Array]:
     return found
 
 
-def report(result: MotionResult) -> None:
-    """Print rounds, parameters against the truth, and the table."""
-    trials, parameters = result.trials, result.parameters
+def rounds(result: MotionResult) -> list[list[str]]:
+    """Candidates tried, with the gaps that they leave."""
+    trials = result.trials
     assert trials is not None
-    assert parameters is not None
+    rows = [["Model", "Gap, position 1", "Gap, position 2", "Kept"]]
     for row in zip(trials.round, trials.name, trials.gap, trials.gap_validation, trials.kept, strict=True):
-        print("round {:.0f}: {}: gap {:.3g}, on position 2 {:.3g}, kept {:.0f}".format(*row))
+        number, name, gap, judged, kept = row
+        rows.append([f"round {number:.0f}: {name}", f"{gap:.3g}", f"{judged:.3g}", "yes" if kept else "no"])
+    return rows
+
+
+def numbers(result: MotionResult) -> list[list[str]]:
+    """Parameters beside the truth."""
+    parameters = result.parameters
+    assert parameters is not None
     truth = json.loads((ROOT / "data/kawasaki_rs010l/truth.json").read_text())
+    rows = [["Number", "Truth", "Fitted", "95 % from", "to", "Truth inside"]]
     for parameter, value, low, high in zip(
         parameters.name, parameters.value, parameters.low_95, parameters.high_95, strict=True
     ):
         number, key = parameter.split(".", 1)
         true = truth[TRUTH[key]][int(number[5:]) - 1]
-        print(
-            f"| {parameter} | {true:g} | {value:.5g} | {low:.5g} to {high:.5g} |"
-            f" {'yes' if low <= true <= high else 'no'} |"
-        )
+        inside = "yes" if low <= true <= high else "no"
+        rows.append([parameter, f"{true:g}", f"{value:.5g}", f"{low:.5g}", f"{high:.5g}", inside])
+    return rows
+
+
+def beside_the_paper(result: MotionResult) -> list[list[str]]:
+    """Table 3, ours and in brackets the paper's."""
+    kinds = ("Angle (°)", "Velocity (°/s)", "Current (A)")
+    rows = [["Record, joint", *(f"{kind}, {phase}" for kind in kinds for phase in ("slow", "fast"))]]
     for (name, joint), ours in table(result).items():
         cells = (f"{mine:.2g} ({theirs:g})" for mine, theirs in zip(ours, PAPER[name, joint], strict=True))
-        print(f"| {name}, joint {joint} | {' | '.join(cells)} |")
+        rows.append([f"{name}, {joint}", *cells])
+    return rows
 
 
 def draw(result: MotionResult, path: Path) -> None:
@@ -134,32 +142,7 @@ def draw(result: MotionResult, path: Path) -> None:
         figure.savefig(path, dpi=150)
 
 
-def bees() -> None:
-    """Bee colony and Gauss-Newton on the whole model, from the study's start values, on the same records."""
-    problem = load_motion(read_motion_study(CONFIG))
-    free = {
-        key: number
-        for candidate in problem.file.study.candidates
-        for key, number in candidate.numbers.items()
-    }
-    problem, study = with_numbers(problem, free, {}), problem.file.study
-    chosen = (
-        {"kind": "artificial-bee-colony", "evaluations": BEES, "population": 20},
-        {"kind": "gauss-newton", "evaluations": 40},
-    )
-    start = TrajectoryObjective(problem, problem.records[:4], study.noise).costs(problem.initial[None])[0]
-    print(f"start: gap {start:.1f}")
-    for settings in chosen:
-        began = time.process_time()
-        found = fit(replace(motion_plan(problem, [StageSettings.parse(settings)], 1), target_cost=0.0))
-        print(
-            f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations,"
-            f" {time.process_time() - began:.0f} s",
-            flush=True,
-        )
-
-
-def published() -> None:
+def published() -> list[list[str]]:
     """The paper's model, PD control and viscous friction and nothing else, fitted on position 1: by the bee
     colony alone, joint by joint, and then on by Gauss-Newton.
     """
@@ -168,6 +151,7 @@ def published() -> None:
     stages = rest[rest.index("optimizer:") : rest.index("  - {kind: gauss-newton")]
     descent = rest[rest.index("  - {kind: gauss-newton") : rest.index("records:")]
     records = rest[rest.index("records:") :]
+    rows = [["Optimizer", "Gap", "Ratio of joint 1", "2", "3", "Processor (s)"]]
     with tempfile.TemporaryDirectory() as folder:
         for label, chosen in (("bees alone", stages), ("bees, then Gauss-Newton", stages + descent)):
             path = Path(folder) / "pd.yaml"
@@ -175,25 +159,29 @@ def published() -> None:
             began = time.process_time()
             found, _ = run_motion_fit(path, Path(folder) / "pd.h5", {})
             assert found.parameters is not None
-            values = zip(found.parameters.name, found.parameters.value, strict=True)
-            spent = time.process_time() - began
-            print(f"{label}: gap {found.gap:.2f}, {found.gap_validation:.2f}; {spent:.0f} s")
-            print(", ".join(f"{name} {value:.5g}" for name, value in values))
+            values = dict(zip(found.parameters.name, found.parameters.value, strict=True))
+            ratios = (f"{values[f'joint{n}.gear.ratio']:.3g}" for n in (1, 2, 3))
+            rows.append([label, f"{found.gap:.2f}", *ratios, f"{time.process_time() - began:.0f}"])
+    return rows
 
 
 def main() -> None:
-    """Fit or read, print, draw."""
+    """Fit or read, store, draw."""
     with threadpool_limits(1):
         if len(sys.argv) > 1:
             result = result_file.read(Path(sys.argv[1]), MotionResult)
         else:
-            began = time.process_time()
             result, _ = run_motion_fit(CONFIG, Path("kawasaki_rs010l.h5"), {})
-            print(f"fit: {time.process_time() - began:.0f} s of one processor")
-        report(result)
-        published()
         draw(result, ROOT / "docs/kawasaki_rms.png")
-        bees()
+        keep(
+            "kawasaki_rs010l",
+            {
+                "Rounds": rounds(result),
+                "Numbers": numbers(result),
+                "Table 3": beside_the_paper(result),
+                "Published model": published(),
+            },
+        )
 
 
 if __name__ == "__main__":

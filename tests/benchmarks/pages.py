@@ -4,7 +4,9 @@ python -m tests.benchmarks.pages store NAME RESULT.h5 what the terminal shows of
 python -m tests.benchmarks.pages write every marked table of docs/ anew
 
 A page marks a table by `<!-- run NAME: TITLE -->`, of some columns by `<!-- run NAME: TITLE; HEAD; HEAD -->`,
-what the run says first by `<!-- run NAME: verdict -->`, each up to `<!-- end of run -->`.
+what the run says first by `<!-- run NAME: verdict -->`, each up to `<!-- end of run -->`; a number in a
+sentence by `<!-- cell NAME: TITLE; ROW; HEAD -->...<!-- end -->`, ROW being the first cells of its row. A
+benchmark keeps tables of its own by `keep`.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "results" / "pages"
 BLOCK = re.compile(r"(<!-- run (\w+): ([^>]+?) -->\n)(.*?)(<!-- end of run -->)", re.DOTALL)
+CELL = re.compile(r"(<!-- cell (\w+): ([^>]+?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 
 
 def stored(result: Path) -> dict[str, Any]:
@@ -52,18 +55,48 @@ def rendered(name: str, what: str) -> str:
     return "\n".join(lines) + "\n"
 
 
+def cell(name: str, what: str) -> str:
+    """One cell of a stored run; KeyError where no row, or more than one, begins so."""
+    title, row, head = what.split("; ")
+    table = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))["tables"][title]
+    rows = [cells for cells in table["rows"] if f"{', '.join(cells)}, ".startswith(f"{row}, ")]
+    if len(rows) != 1:
+        raise KeyError(f"{len(rows)} rows of {name}: {title} begin with {row}")
+    return str(rows[0][table["head"].index(head)])
+
+
 def rewritten(text: str) -> str:
-    """A page with its blocks as the stored runs have them."""
-    return BLOCK.sub(lambda found: found[1] + rendered(found[2], found[3]) + found[5], text)
+    """A page with its blocks and cells as the stored runs have them."""
+    text = BLOCK.sub(lambda found: found[1] + rendered(found[2], found[3]) + found[5], text)
+    return CELL.sub(lambda found: found[1] + cell(found[2], found[3]) + found[5], text)
+
+
+def keep(name: str, tables: dict[str, list[list[str]]]) -> None:
+    """Store tables by title, the first row of each the heads, as `results/pages/NAME.json`; print them."""
+    _write(
+        name,
+        {
+            "verdict": [],
+            "notes": [],
+            "tables": {title: {"head": rows[0], "rows": rows[1:]} for title, rows in tables.items()},
+        },
+    )
+    for title in tables:
+        print(f"{title}\n{rendered(name, title)}")
+
+
+def _write(name: str, told: dict[str, Any]) -> None:
+    """A row a line."""
+    text = json.dumps(told, indent=1, ensure_ascii=False)
+    text = re.sub(r"\[\s+(\"[^\[\]]*\")\s+\]", lambda row: f"[{' '.join(row[1].split())}]", text)
+    STORED.mkdir(exist_ok=True)
+    (STORED / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
 def main() -> None:
     """Store a result, or write the pages."""
     if sys.argv[1] == "store":
-        STORED.mkdir(exist_ok=True)
-        told = json.dumps(stored(Path(sys.argv[3])), indent=1, ensure_ascii=False)
-        told = re.sub(r"\[\s+(\"[^\[\]]*\")\s+\]", lambda row: f"[{' '.join(row[1].split())}]", told)
-        (STORED / f"{sys.argv[2]}.json").write_text(told + "\n", encoding="utf-8")
+        _write(sys.argv[2], stored(Path(sys.argv[3])))
         return
     for page in sorted((ROOT / "docs").glob("*.md")):
         text = page.read_text(encoding="utf-8")
