@@ -20,6 +20,8 @@ from typing import Any
 ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "results" / "pages"
 BLOCK = re.compile(r"(<!-- run (\w+): ([^>]+?) -->\n)(.*?)(<!-- end of run -->)", re.DOTALL)
+SECONDS = re.compile(r" after \d+\.\d s(?=;)")
+"""How long a run took: another number each time."""
 CELL = re.compile(r"(<!-- cell (\w+): ([^>]+?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 
 
@@ -31,7 +33,7 @@ def stored(result: Path) -> dict[str, Any]:
     read = read_any(result)
     tables = [part.table for part in report_of(read).shown(TERMINAL) if isinstance(part, Tabular)]
     return {
-        "verdict": list(read.verdict),
+        "verdict": [SECONDS.sub("", sentence) for sentence in read.verdict],
         "notes": list(read.notes),
         "tables": {
             table.title: {"head": [column.head for column in table.columns], "rows": table.rows}
