@@ -23,6 +23,8 @@ _LEAST, _MOST = 0.5, 4.2
 anything else that is slow.
 """
 WAVES = 3
+_ARC = 0.25
+"""Part of a turn below which one wave per turn is little but a slope, which a wrong scale makes as well."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +94,11 @@ class EncoderEccentricity(MotionEffect):
     says: ClassVar[str] = "eccentric link-side encoder of joint {axis} (one wave per turn)"
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    @classmethod
+    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
+        """One on every examined joint that passes a quarter of a turn."""
+        yield from (cls(axis) for axis in scene.axes if scene.waves_travelled(axis, 1.0) > _ARC)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""
