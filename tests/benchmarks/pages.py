@@ -1,7 +1,8 @@
 """Tables of the pages of studies, made from stored results of runs.
 
-python -m tests.benchmarks.pages store NAME RESULT.h5 what the terminal shows of a result, into results/pages
-python -m tests.benchmarks.pages write every marked table of docs/ anew
+python -m tests.benchmarks.pages store NAME RESULT.h5 [TITLE ...]: what the terminal shows of a result, and
+    the tables of its PDF with these titles, into results/pages
+python -m tests.benchmarks.pages write: every marked table of docs/ anew
 
 A page marks a table by `<!-- run NAME: TITLE -->`, of some columns by `<!-- run NAME: TITLE; HEAD; HEAD -->`,
 what the run says first by `<!-- run NAME: verdict -->`, each up to `<!-- end of run -->`; a number in a
@@ -14,6 +15,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,13 +27,16 @@ SECONDS = re.compile(r" after \d+\.\d s(?=;)")
 CELL = re.compile(r"(<!-- cell (\w+): ([^>]+?) -->)(.*?)(<!-- end -->)", re.DOTALL)
 
 
-def stored(result: Path) -> dict[str, Any]:
-    """Verdict, notes and tables by title, as the terminal has them."""
+def stored(result: Path, more: Sequence[str] = ()) -> dict[str, Any]:
+    """Verdict, notes and tables by title, as the terminal has them; more: titles of tables of the PDF."""
     from identify.reports.kinds import read_any, report_of
-    from identify.reports.kit.report import TERMINAL, Tabular
+    from identify.reports.kit.report import PRINT, TERMINAL, Tabular
 
     read = read_any(result)
-    tables = [part.table for part in report_of(read).shown(TERMINAL) if isinstance(part, Tabular)]
+    report = report_of(read)
+    tables = [part.table for part in report.shown(TERMINAL) if isinstance(part, Tabular)]
+    pages = [part.table for part in report.shown(PRINT) if isinstance(part, Tabular)]
+    tables += [table for table in pages if table.title in more]
     return {
         "verdict": [SECONDS.sub("", sentence) for sentence in read.verdict],
         "notes": list(read.notes),
@@ -98,7 +103,7 @@ def _write(name: str, told: dict[str, Any]) -> None:
 def main() -> None:
     """Store a result, or write the pages."""
     if sys.argv[1] == "store":
-        _write(sys.argv[2], stored(Path(sys.argv[3])))
+        _write(sys.argv[2], stored(Path(sys.argv[3]), sys.argv[4:]))
         return
     for page in sorted((ROOT / "docs").glob("*.md")):
         text = page.read_text(encoding="utf-8")
