@@ -188,15 +188,7 @@ def build_site(
     engine = engine or Engine(at_posture(tested, posture[: len(tested.joints)]))
     mechanism = engine.mechanism
     gone = _gone(robot, tested)
-    added: list[Added] = []
-    again = set()
-    for number, effect in enumerate(effects):
-        with errors_of(effect, number):
-            brought = effect.added_coordinates(robot, mechanism)
-        if brought and all(one in added for one in brought):
-            again.add(number)
-        else:
-            added += brought
+    added, again = _added(robot, mechanism, effects)
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
@@ -208,6 +200,19 @@ def build_site(
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects, again)], axis=0))
+
+
+def _added(robot: Robot, mechanism: Mechanism, effects: Sequence[Effect]) -> tuple[list[Added], set[int]]:
+    """What effects bring, and the numbers of those whose coordinates another has brought."""
+    added, again = list[Added](), set[int]()
+    for number, effect in enumerate(effects):
+        with errors_of(effect, number):
+            brought = effect.added_coordinates(robot, mechanism)
+        if brought and all(one in added for one in brought):
+            again.add(number)
+        else:
+            added += brought
+    return added, again
 
 
 def _check_once(names: Sequence[str]) -> None:
