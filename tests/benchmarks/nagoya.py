@@ -1,14 +1,15 @@
 """The Nagoya study beside the paper: identified numbers against the truth, six controllers; figures of its
 page.
 
-identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5 writes
-docs/nagoya_frf.png, docs/nagoya_control.png and the tables in results/pages/nagoya_two_link_truth.json
+identify fit configs/nagoya_two_link.yaml
+python -m tests.benchmarks.pages store nagoya_two_link reports/nagoya_two_link.h5
+python -m tests.benchmarks.nagoya: with the numbers of that stored run, writes docs/nagoya_frf.png,
+docs/nagoya_control.png and the tables in results/pages/nagoya_two_link_truth.json
 """
 
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,9 +24,7 @@ from identify.motion.excitation import closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import simulated
-from identify.results import file as result_file
-from identify.results.motion import MotionResult
-from tests.benchmarks.pages import keep
+from tests.benchmarks.pages import keep, tables
 
 ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]
@@ -128,8 +127,8 @@ def quality(record: Seen, which: str) -> tuple[Array, Array]:
     return np.sqrt(np.mean(error**2, axis=0)), np.sqrt(np.mean(vibration**2, axis=0))
 
 
-def numbers(result: MotionResult, truth: dict[str, list[float]]) -> list[list[str]]:
-    """Identified, with interval, beside what was put in."""
+def numbers(fitted: list[list[str]], truth: dict[str, list[float]]) -> list[list[str]]:
+    """Identified, with interval, beside what was put in; fitted: rows of name, value, unit and interval."""
     keys = {
         "rz.stiffness": "stiffness_n_m_rad",
         "rz.damping": "damping_n_m_s_rad",
@@ -141,15 +140,12 @@ def numbers(result: MotionResult, truth: dict[str, list[float]]) -> list[list[st
         "friction.stribeck": "stribeck_n_m",
         "friction.stribeck_velocity": "stribeck_velocity_rad_s",
     }
-    p = result.parameters
-    assert p is not None
     rows = [["Number", "Put in", "Identified", "95 % from", "to", "Unit", "Truth inside"]]
-    for row, name in enumerate(p.name):
+    for name, value, unit, low, high, *_ in fitted:
         joint, key = name.split(".", 1)
         true = np.broadcast_to(truth[keys[key]], 2)[int(joint[5:]) - 1]
-        values = (f"{x:.4g}" for x in (true, p.value[row], p.low_95[row], p.high_95[row]))
-        inside = "yes" if p.low_95[row] <= true <= p.high_95[row] else "no"
-        rows.append([name, *values, str(p.unit[row]), inside])
+        inside = "yes" if float(low) <= true <= float(high) else "no"
+        rows.append([name, f"{true:.4g}", value, low, high, unit, inside])
     return rows
 
 
@@ -240,11 +236,10 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
     figure.savefig(path, dpi=90)
 
 
-def main(path: Path) -> None:
+def main() -> None:
     """Tables, figures."""
-    result = result_file.read(path, MotionResult)
-    assert result.parameters is not None
-    values = dict(zip(result.parameters.name, result.parameters.value.tolist(), strict=True))
+    fitted = tables("nagoya_two_link")["Parameters"]["rows"]
+    values = {name: float(value) for name, value, *_ in fitted}
     truth = json.loads((ROOT / "data" / "nagoya_two_link" / "truth.json").read_text())
     records = seen((ROOT / "configs" / "nagoya_two_link_frf.yaml").read_text(), values)
     draw_frfs(records, ROOT / "docs" / "nagoya_frf.png")
@@ -253,10 +248,10 @@ def main(path: Path) -> None:
     for name in CONTROLS:
         for gain in (1, 2):
             runs[name, gain] = next(iter(seen(control_text(text, name, gain), values).values()))
-    keep("nagoya_two_link_truth", {"Numbers": numbers(result, truth), "Controllers": control(runs)})
+    keep("nagoya_two_link_truth", {"Numbers": numbers(fitted, truth), "Controllers": control(runs)})
     draw_control(runs, ROOT / "docs" / "nagoya_control.png")
 
 
 if __name__ == "__main__":
     with threadpool_limits(1):
-        main(Path(sys.argv[1]))
+        main()

@@ -34,26 +34,31 @@ def stored(result: Path, more: Sequence[str] = ()) -> dict[str, Any]:
 
     read = read_any(result)
     report = report_of(read)
-    tables = [part.table for part in report.shown(TERMINAL) if isinstance(part, Tabular)]
+    shown = [part.table for part in report.shown(TERMINAL) if isinstance(part, Tabular)]
     pages = [part.table for part in report.shown(PRINT) if isinstance(part, Tabular)]
-    tables += [table for table in pages if table.title in more]
+    shown += [table for table in pages if table.title in more]
     return {
         "verdict": [SECONDS.sub("", sentence) for sentence in read.verdict],
         "notes": list(read.notes),
         "tables": {
             table.title: {"head": [column.head for column in table.columns], "rows": table.rows}
-            for table in tables
+            for table in shown
         },
     }
 
 
+def tables(name: str) -> dict[str, Any]:
+    """The tables of a stored run by title, each with its head and rows."""
+    run: dict[str, Any] = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))
+    return {**run["tables"], "verdict": run["verdict"]}
+
+
 def rendered(name: str, what: str) -> str:
     """The lines of a block; KeyError for a table or column that the run does not have."""
-    run = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))
     title, *heads = what.split("; ")
     if title == "verdict":
-        return "".join(f"> {sentence}\n" for sentence in run["verdict"])
-    table = run["tables"][title]
+        return "".join(f"> {sentence}\n" for sentence in tables(name)[title])
+    table = tables(name)[title]
     wanted = [table["head"].index(head) for head in heads] if heads else range(len(table["head"]))
     rows = [table["head"], ["---"] * len(table["head"]), *table["rows"]]
     lines = [
@@ -65,7 +70,7 @@ def rendered(name: str, what: str) -> str:
 def cell(name: str, what: str) -> str:
     """One cell of a stored run; KeyError where no row, or more than one, begins so."""
     title, row, head = what.split("; ")
-    table = json.loads((STORED / f"{name}.json").read_text(encoding="utf-8"))["tables"][title]
+    table = tables(name)[title]
     rows = [cells for cells in table["rows"] if f"{', '.join(cells)}, ".startswith(f"{row}, ")]
     if len(rows) != 1:
         raise KeyError(f"{len(rows)} rows of {name}: {title} begin with {row}")
@@ -78,17 +83,17 @@ def rewritten(text: str) -> str:
     return CELL.sub(lambda found: found[1] + cell(found[2], found[3]) + found[5], text)
 
 
-def keep(name: str, tables: dict[str, list[list[str]]]) -> None:
+def keep(name: str, found: dict[str, list[list[str]]]) -> None:
     """Store tables by title, the first row of each the heads, as `results/pages/NAME.json`; print them."""
     _write(
         name,
         {
             "verdict": [],
             "notes": [],
-            "tables": {title: {"head": rows[0], "rows": rows[1:]} for title, rows in tables.items()},
+            "tables": {title: {"head": rows[0], "rows": rows[1:]} for title, rows in found.items()},
         },
     )
-    for title in tables:
+    for title in found:
         print(f"{title}\n{rendered(name, title)}")
 
 
