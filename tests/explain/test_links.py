@@ -18,7 +18,7 @@ from identify.explain import stages
 from identify.explain.effects.motor_coupling import RotorInertia
 from identify.explain.effects.torque_ripple import TorqueRipple
 from identify.explain.effects.torque_sensing import TorqueConstant
-from identify.explain.effects.transmission_error import AngularTransmissionError, EncoderEccentricity
+from identify.explain.effects.transmission_error import AngularTransmissionError
 from identify.explain.evaluate import resonance_warnings
 from identify.explain.regression import solve
 from identify.explain.run import run_explain
@@ -122,7 +122,7 @@ def test_what_cannot_be_is_not_named_nor_determined() -> None:
 def test_waves_that_are_not_travelled_are_not_looked_for() -> None:
     scene = moved()
     still = replace(scene, position=1e-4 * scene.position, cache={})
-    for kind in (TorqueRipple, AngularTransmissionError, EncoderEccentricity):
+    for kind in (TorqueRipple, AngularTransmissionError):
         assert list(kind.instances(scene))
         assert not list(kind.instances(still))
 

@@ -6,7 +6,7 @@ An encoder disc that is not centred on its shaft: an error of one wave per turn 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -23,8 +23,6 @@ _LEAST, _MOST = 0.5, 4.2
 anything else that is slow.
 """
 WAVES = 3
-_ARC = 0.25
-"""Part of a turn below which one wave per turn is little but a slope, which a wrong scale makes as well."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +85,20 @@ class AngularTransmissionError(MotionEffect):
         ]
 
 
+class EncoderScale(MotionEffect):
+    """The encoder counts another angle per turn than is stated, which an eccentricity may be mistaken for."""
+
+    kind: ClassVar[str] = "encoder-scale"
+    says: ClassVar[str] = "scale of the link-side encoder of joint {axis}"
+    target: ClassVar[Target] = "deflection"
+    looked_for: ClassVar[bool] = False
+    coefficients = (Coefficient("share", "1"),)
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """The joint angle."""
+        return scene.of_joint(self.axis, scene.joint_position[:, self.axis - 1])
+
+
 class EncoderEccentricity(MotionEffect):
     """The first harmonic of the joint; the offset of the encoders takes its mean."""
 
@@ -95,10 +107,9 @@ class EncoderEccentricity(MotionEffect):
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
 
-    @classmethod
-    def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
-        """One on every examined joint that passes a quarter of a turn."""
-        yield from (cls(axis) for axis in scene.axes if scene.waves_travelled(axis, 1.0) > _ARC)
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A wrong scale: over a small part of a turn, one wave per turn is little but a slope."""
+        return ((EncoderScale(self.axis),),)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""
