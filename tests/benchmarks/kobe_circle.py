@@ -30,8 +30,13 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 
 def changed(file: MotionFile, keys: dict[str, Any]) -> MotionFile:
-    """The study with other values of some keys."""
+    """The study with other values of some keys, and without the glitches joint by joint, which it tells."""
     given = {name: getattr(file.study, name) for name in file.study.model_fields_set if name != "schema_"}
+    given["records"] = [
+        record.model_copy(update={"path": record.path.model_copy(update={"glitches": False})})
+        for record in file.study.records
+        if record.path is not None
+    ]
     return file.model_copy(
         update={"study": type(file.study).model_validate({"schema": "identify-motion/1", **given, **keys})}
     )
