@@ -109,7 +109,8 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
         parts = each(partial(_scored, shapes=shapes), pairs)
         scores = [_Score.of_all(own) for own in zip(*parts, strict=True)]
         for effect, shape, left in zip(some, shapes, _left(scores, beside), strict=True):
-            found += _best(effect, shape, problem, left, beside)
+            if not _there(shape, problem):
+                found += _best(effect, shape, problem, left, beside)
     each_costs = price(beside.fit.count)
     return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
@@ -182,6 +183,12 @@ class _Shape:
     numbers: Index
     starts: Array
     adding: bool = False
+
+
+def _there(shape: _Shape, problem: Problem) -> bool:
+    """Whether the model has one of its parameters, as a servo has the rotor of its joint."""
+    known = {p.name for p in problem.measurements[0].system.parameters}
+    return any(p.name in known for p in shape.parameters)
 
 
 def _shapes(systems: Sequence[System], problem: Problem, which: int) -> _Shape:
