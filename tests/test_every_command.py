@@ -69,7 +69,6 @@ SEARCHED = {"hidden_effects": ("check", "fit"), "umons_open": ("fit",)}
 noise a fit leaves less.  That of the first tests/discovery/test_shipped.py searches.
 """
 NO_FRF = [name for name in VIBRATION if name.startswith("umons_tx200")]
-CHIRP = [name for name in VIBRATION if name.startswith("fast_chirp")]
 
 
 def shortened(name: str, folder: Path, command: str = "") -> Path:
