@@ -69,7 +69,6 @@ SEARCHED = {"hidden_effects": ("check", "fit"), "umons_open": ("fit",)}
 noise a fit leaves less.  That of the first tests/discovery/test_shipped.py searches.
 """
 NO_FRF = [name for name in VIBRATION if name.startswith("umons_tx200")]
-CHIRP = [name for name in VIBRATION if name.startswith("fast_chirp")]
 
 
 def shortened(name: str, folder: Path, command: str = "") -> Path:
@@ -134,7 +133,7 @@ def _rows() -> Iterator[tuple[str, str, int, str, list[str]]]:
     for name in MOTION:
         yield "simulate", name, 0, "wrote" if name in THEN else "next: identify fit", ["--no-report"]
     for name in (name for name in VIBRATION if name not in SAME):
-        code, last = (2, "error: ") if name in NO_FRF + CHIRP else (0, "next: a study takes these modes")
+        code, last = (2, "error: ") if name in NO_FRF else (0, "next: a study takes these modes")
         yield "modes", name, code, last, ["--no-report"]
         little = "--postures 1 --impacts 1 --sensors 1 --among 2 --noise 0.003 --resolution 5 --no-report"
         planned = (2, "error: ") if name in NO_FRF else (0, "wrote")

@@ -106,7 +106,8 @@ class HeldOut:
         there = {effect.name for effect in before.effects}
         new = [effect for effect in after.effects if effect.name not in there]
         for instead in (one for effect in new for one in effect.humbler(self.fitted.scene)):
-            more = [one for one in instead if one.name not in there and one.name in self.tried]
+            known = [one for one in instead if one.name in self.tried or not one.looked_for]
+            more = [one for one in known if one.name not in there]
             if more:
                 yield partial(self._beyond, before, more, after)
 

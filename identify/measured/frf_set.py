@@ -71,6 +71,16 @@ class FrfSet:
         """Which (output, input) pairs were measured."""
         return np.asarray(~np.isnan(self.frf).all(axis=0))
 
+    @property
+    def joined(self) -> FrfSet:
+        """Of forces that act at once, the responses to them as to one force, which is at no point of its own;
+        else the set itself.
+        """
+        if self.simultaneous_inputs is None:
+            return self
+        one = replace(self.pairs(list(range(len(self.outputs))), [0]), simultaneous_inputs=None)
+        return replace(one, inputs=(Channel(self.inputs[0].node, 0),))
+
     def lines(self, keep: NDArray[np.bool_]) -> FrfSet:
         """The same set on some of its frequency lines."""
         coherence, noise = (None if array is None else array[keep] for array in (self.coherence, self.noise))

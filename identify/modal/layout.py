@@ -68,7 +68,7 @@ def arrange(frf_set: FrfSet, settings: ModalSettings) -> Layout:
     """The lines of the band and the pairs to analyse, references last; InputError where nothing usable is
     left.
     """
-    where = frf_set.source or "FRF set"
+    where, frf_set = frf_set.source or "FRF set", frf_set.joined
     transposed, picked = _references(frf_set, settings.references, where)
     frf = frf_set.frf.transpose(0, 2, 1) if transposed else frf_set.frf
     responses, references = (

@@ -9,7 +9,7 @@ where there is no hysteretic damping H; where there is, the model holds for posi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -188,10 +188,7 @@ def build_site(
     engine = engine or Engine(at_posture(tested, posture[: len(tested.joints)]))
     mechanism = engine.mechanism
     gone = _gone(robot, tested)
-    added = []
-    for number, effect in enumerate(effects):
-        with errors_of(effect, number):
-            added += effect.added_coordinates(robot, mechanism)
+    added, again = _added(robot, mechanism, effects)
     gone |= {one.name for one in added if one.link in gone}
     kept = [one for one in added if one.name not in gone]
     own = mechanism.coordinates
@@ -202,7 +199,20 @@ def build_site(
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
     site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
-    return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects)], axis=0))
+    return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects, again)], axis=0))
+
+
+def _added(robot: Robot, mechanism: Mechanism, effects: Sequence[Effect]) -> tuple[list[Added], set[int]]:
+    """What effects bring, and the numbers of those whose coordinates another has brought."""
+    added, again = list[Added](), set[int]()
+    for number, effect in enumerate(effects):
+        with errors_of(effect, number):
+            brought = effect.added_coordinates(robot, mechanism)
+        if brought and all(one in added for one in brought):
+            again.add(number)
+        else:
+            added += brought
+    return added, again
 
 
 def _check_once(names: Sequence[str]) -> None:
@@ -229,14 +239,24 @@ def _gone(robot: Robot, tested: Robot) -> set[str]:
     return links | frames | {f"joint{number}.{axis}" for number in joints for axis in AXES}
 
 
-def _consistent_masses(robot: Robot, site: Site, effects: Sequence[Effect]) -> list[Array]:
-    masses = []
+def _consistent_masses(
+    robot: Robot, site: Site, effects: Sequence[Effect], again: Collection[int]
+) -> list[Array]:
+    """again: numbers of effects whose coordinates another has brought, as two springs of one mount do: the
+    body that moves with them counts once, and has to be the same one.
+    """
+    masses: list[Array] = []
     for number, effect in enumerate(effects):
         with errors_of(effect, number):
             matrix = effect.consistent_mass(robot, site)
             check_matrix(effect, "the consistent mass", matrix, len(site.coordinates))
-        if matrix is not None:
+        if matrix is None:
+            continue
+        if number not in again:
             masses.append(matrix)
+        elif not any(np.array_equal(matrix, one) for one in masses):
+            found = f"{effect.sentence()}, elsewhere than in an effect above"
+            raise InputError(f"effects.{number}", found, "one place of what they carry")
     return masses
 
 

@@ -38,10 +38,12 @@ def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
     base = _held("base", free) if robot.links[0].mass > 0 else []
     if base:
         found.append(BaseCompliance(axes=base, shrink=shrink))
+    mounts = {one.payload: one for one in problem.file.study.effects if isinstance(one, MountCompliance)}
     for number in range(1, len(robot.payloads) + 1):
         axes = _held(f"payload{number}", free)
         if axes:
-            found.append(MountCompliance(payload=number, axes=axes, shrink=shrink))
+            at = mounts.get(number, MountCompliance(payload=number)).at_m
+            found.append(MountCompliance(payload=number, axes=axes, at_m=at, shrink=shrink))
     for link in LinkFlexibility.instances(robot, problem.points):
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": shrink}))

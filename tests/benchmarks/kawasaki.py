@@ -1,18 +1,17 @@
-"""The Kawasaki study beside the paper: the fit with its rounds, identified values against the truth, the RMS
-table in the form of Table 3.
+"""The Kawasaki study beside the paper: identified values against the truth, the RMS table in the form of its
+Table 3, the bee colony alone.
 
-python -m tests.benchmarks.kawasaki            fits (some three minutes) and writes docs/kawasaki_rms.png
-python -m tests.benchmarks.kawasaki FILE.h5    the same from the result of `identify fit
-configs/kawasaki_rs010l.yaml --out FILE.h5`
+identify discover configs/kawasaki_rs010l.yaml
+python -m tests.benchmarks.pages store kawasaki_rs010l_discovery reports/kawasaki_rs010l_discovery.h5
+python -m tests.benchmarks.kawasaki: of that stored run, and fits of the published model (a minute or two);
+writes docs/kawasaki_rms.png and the tables in results/pages/kawasaki_rs010l.json
 """
 
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,22 +20,13 @@ from matplotlib.ticker import NullFormatter
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from identify.fitting.fit import fit
-from identify.fitting.plan import StageSettings
-from identify.motion.changed import with_numbers
-from identify.motion.plan import motion_plan
-from identify.motion.problem import load_motion
 from identify.motion.run import run_motion_fit
-from identify.motion.study import read_motion_study
-from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.kit.figures import BLUE, MUTED, ORANGE, WIDTH_IN, style
-from identify.results import file as result_file
-from identify.results.motion import MotionResult
+from tests.benchmarks.pages import keep, tables
 
 Array = NDArray[np.float64]
 ROOT = Path(__file__).parents[2]
 CONFIG = ROOT / "configs/kawasaki_rs010l.yaml"
-BEES = 300
 TRUTH = {
     "gear.ratio": "gear_ratio",
     "servo.position_gain": "position_gain_v_rad",
@@ -61,49 +51,56 @@ PAPER = {
 }
 """Table 3 by our record and joint: angle (degrees), velocity (degrees/s) and current (A), slow and fast each.
 """
-QUANTITIES = ("motor_position", "motor_velocity", "motor_current")
+STORED = "kawasaki_rs010l_discovery"
+QUANTITIES = ("position", "velocity", "current")
 
 
-def table(result: MotionResult) -> dict[tuple[str, int], Array]:
-    """Ours in the same form."""
+def table() -> dict[tuple[str, int], Array]:
+    """Ours in the same form, of the stored run."""
     found = {}
     for name, joint in PAPER:
-        record, cells = result.records[name], []
+        cells = []
         for quantity in QUANTITIES:
-            factor = 1.0 if quantity == "motor_current" else float(np.degrees(1.0))
-            cells += [
-                factor * record.comparisons[quantity].rms[record.phases.index(phase), joint - 1]
-                for phase in ("slow", "fast")
+            one = tables(STORED)[f"RMS difference of motor {quantity}"]
+            slow, fast = (
+                next(n for n, head in enumerate(one["head"]) if head.startswith(f"{phase} ("))
+                for phase in ("Slow", "Fast")
+            )
+            [row] = [
+                row
+                for row in one["rows"]
+                if row[0] in (name, f"{name} (not fitted)") and row[1] == f"joint{joint}"
             ]
+            cells += [float(row[slow]), float(row[fast])]
         found[name, joint] = np.array(cells)
     return found
 
 
-def report(result: MotionResult) -> None:
-    """Print rounds, parameters against the truth, and the table."""
-    trials, parameters = result.trials, result.parameters
-    assert trials is not None
-    assert parameters is not None
-    for row in zip(trials.round, trials.name, trials.gap, trials.gap_validation, trials.kept, strict=True):
-        print("round {:.0f}: {}: gap {:.3g}, on position 2 {:.3g}, kept {:.0f}".format(*row))
+def numbers() -> list[list[str]]:
+    """Parameters of the stored run beside the truth."""
     truth = json.loads((ROOT / "data/kawasaki_rs010l/truth.json").read_text())
-    for parameter, value, low, high in zip(
-        parameters.name, parameters.value, parameters.low_95, parameters.high_95, strict=True
-    ):
+    rows = [["Number", "Truth", "Found", "95 % from", "to", "Unit", "Truth inside"]]
+    for parameter, value, unit, low, high, *_ in tables(STORED)["Parameters"]["rows"]:
         number, key = parameter.split(".", 1)
         true = truth[TRUTH[key]][int(number[5:]) - 1]
-        print(
-            f"| {parameter} | {true:g} | {value:.5g} | {low:.5g} to {high:.5g} |"
-            f" {'yes' if low <= true <= high else 'no'} |"
-        )
-    for (name, joint), ours in table(result).items():
+        inside = "yes" if float(low) <= true <= float(high) else "no"
+        rows.append([parameter, f"{true:g}", value, low, high, unit, inside])
+    return rows
+
+
+def beside_the_paper() -> list[list[str]]:
+    """Table 3, ours and in brackets the paper's."""
+    kinds = ("Angle (°)", "Velocity (°/s)", "Current (A)")
+    rows = [["Record, joint", *(f"{kind}, {phase}" for kind in kinds for phase in ("slow", "fast"))]]
+    for (name, joint), ours in table().items():
         cells = (f"{mine:.2g} ({theirs:g})" for mine, theirs in zip(ours, PAPER[name, joint], strict=True))
-        print(f"| {name}, joint {joint} | {' | '.join(cells)} |")
+        rows.append([f"{name}, {joint}", *cells])
+    return rows
 
 
-def draw(result: MotionResult, path: Path) -> None:
+def draw(path: Path) -> None:
     """RMS of every row of Table 3, ours and the paper's, on logarithmic axes."""
-    ours, rows = table(result), np.arange(len(PAPER))
+    ours, rows = table(), np.arange(len(PAPER))
     with style():
         figure = Figure((WIDTH_IN, 3.6), layout="constrained")
         panels = figure.subplots(1, 3, sharey=True)
@@ -134,32 +131,7 @@ def draw(result: MotionResult, path: Path) -> None:
         figure.savefig(path, dpi=150)
 
 
-def bees() -> None:
-    """Bee colony and Gauss-Newton on the whole model, from the study's start values, on the same records."""
-    problem = load_motion(read_motion_study(CONFIG))
-    free = {
-        key: number
-        for candidate in problem.file.study.candidates
-        for key, number in candidate.numbers.items()
-    }
-    problem, study = with_numbers(problem, free, {}), problem.file.study
-    chosen = (
-        {"kind": "artificial-bee-colony", "evaluations": BEES, "population": 20},
-        {"kind": "gauss-newton", "evaluations": 40},
-    )
-    start = TrajectoryObjective(problem, problem.records[:4], study.noise).costs(problem.initial[None])[0]
-    print(f"start: gap {start:.1f}")
-    for settings in chosen:
-        began = time.process_time()
-        found = fit(replace(motion_plan(problem, [StageSettings.parse(settings)], 1), target_cost=0.0))
-        print(
-            f"{settings['kind']}: gap {found.cost:.2f}, {found.best.evaluations} evaluations,"
-            f" {time.process_time() - began:.0f} s",
-            flush=True,
-        )
-
-
-def published() -> None:
+def published() -> list[list[str]]:
     """The paper's model, PD control and viscous friction and nothing else, fitted on position 1: by the bee
     colony alone, joint by joint, and then on by Gauss-Newton.
     """
@@ -168,6 +140,7 @@ def published() -> None:
     stages = rest[rest.index("optimizer:") : rest.index("  - {kind: gauss-newton")]
     descent = rest[rest.index("  - {kind: gauss-newton") : rest.index("records:")]
     records = rest[rest.index("records:") :]
+    rows = [["Optimizer", "Gap", "Ratio of joint 1", "2", "3", "Processor (s)"]]
     with tempfile.TemporaryDirectory() as folder:
         for label, chosen in (("bees alone", stages), ("bees, then Gauss-Newton", stages + descent)):
             path = Path(folder) / "pd.yaml"
@@ -175,25 +148,18 @@ def published() -> None:
             began = time.process_time()
             found, _ = run_motion_fit(path, Path(folder) / "pd.h5", {})
             assert found.parameters is not None
-            values = zip(found.parameters.name, found.parameters.value, strict=True)
-            spent = time.process_time() - began
-            print(f"{label}: gap {found.gap:.2f}, {found.gap_validation:.2f}; {spent:.0f} s")
-            print(", ".join(f"{name} {value:.5g}" for name, value in values))
+            values = dict(zip(found.parameters.name, found.parameters.value, strict=True))
+            ratios = (f"{values[f'joint{n}.gear.ratio']:.3g}" for n in (1, 2, 3))
+            rows.append([label, f"{found.gap:.2f}", *ratios, f"{time.process_time() - began:.0f}"])
+    return rows
 
 
 def main() -> None:
-    """Fit or read, print, draw."""
+    """Fit, store, draw."""
+    draw(ROOT / "docs/kawasaki_rms.png")
     with threadpool_limits(1):
-        if len(sys.argv) > 1:
-            result = result_file.read(Path(sys.argv[1]), MotionResult)
-        else:
-            began = time.process_time()
-            result, _ = run_motion_fit(CONFIG, Path("kawasaki_rs010l.h5"), {})
-            print(f"fit: {time.process_time() - began:.0f} s of one processor")
-        report(result)
-        published()
-        draw(result, ROOT / "docs/kawasaki_rms.png")
-        bees()
+        known = {"Numbers": numbers(), "Table 3": beside_the_paper()}
+        keep("kawasaki_rs010l", {**known, "Published model": published()})
 
 
 if __name__ == "__main__":

@@ -1,14 +1,15 @@
 """The Nagoya study beside the paper: identified numbers against the truth, six controllers; figures of its
 page.
 
-identify fit configs/nagoya_two_link.yaml python -m tests.benchmarks.nagoya reports/nagoya_two_link.h5 writes
-docs/nagoya_frf.png and docs/nagoya_control.png
+identify fit configs/nagoya_two_link.yaml
+python -m tests.benchmarks.pages store nagoya_two_link reports/nagoya_two_link.h5
+python -m tests.benchmarks.nagoya: with the numbers of that stored run, writes docs/nagoya_frf.png,
+docs/nagoya_control.png and the tables in results/pages/nagoya_two_link_truth.json
 """
 
 from __future__ import annotations
 
 import json
-import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -23,8 +24,7 @@ from identify.motion.excitation import closed_loop_frf
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory import simulated
-from identify.results import file as result_file
-from identify.results.motion import MotionResult
+from tests.benchmarks.pages import keep, tables
 
 ROOT = Path(__file__).parents[2]
 Array = NDArray[np.float64]
@@ -127,8 +127,8 @@ def quality(record: Seen, which: str) -> tuple[Array, Array]:
     return np.sqrt(np.mean(error**2, axis=0)), np.sqrt(np.mean(vibration**2, axis=0))
 
 
-def print_numbers(result: MotionResult, truth: dict[str, list[float]]) -> None:
-    """Identified, with interval, beside what was put in."""
+def numbers(fitted: list[list[str]], truth: dict[str, list[float]]) -> list[list[str]]:
+    """Identified, with interval, beside what was put in; fitted: rows of name, value, unit and interval."""
     keys = {
         "rz.stiffness": "stiffness_n_m_rad",
         "rz.damping": "damping_n_m_s_rad",
@@ -140,39 +140,33 @@ def print_numbers(result: MotionResult, truth: dict[str, list[float]]) -> None:
         "friction.stribeck": "stribeck_n_m",
         "friction.stribeck_velocity": "stribeck_velocity_rad_s",
     }
-    p = result.parameters
-    assert p is not None
-    print("| number | put in | identified | 95 % interval | |\n|---|---|---|---|---|")
-    for row, name in enumerate(p.name):
+    rows = [["Number", "Put in", "Identified", "95 % from", "to", "Unit", "Truth inside"]]
+    for name, value, unit, low, high, *_ in fitted:
         joint, key = name.split(".", 1)
         true = np.broadcast_to(truth[keys[key]], 2)[int(joint[5:]) - 1]
-        inside = "inside" if p.low_95[row] <= true <= p.high_95[row] else "**outside**"
-        print(
-            f"| {name} | {true:.4g} | {p.value[row]:.4g} | {p.low_95[row]:.4g} to {p.high_95[row]:.4g}"
-            f" {p.unit[row]} | {inside} |"
-        )
-    print(
-        f"gap {result.gap:.3f}, on the record that was not fitted {result.gap_validation:.3f};"
-        f" {result.seconds:.0f} s"
-    )
-    print("\n".join(f"{name}: gap {record.gap:.3f}" for name, record in result.records.items()))
+        inside = "yes" if float(low) <= true <= float(high) else "no"
+        rows.append([name, f"{true:.4g}", value, low, high, unit, inside])
+    return rows
 
 
-def print_control(runs: dict[tuple[str, int], Seen]) -> None:
-    """Tracking and residual vibration."""
-    print(
-        "| controller | gain | tracking RMS, 0.001°, links 1 and 2: measured / model | residual vibration"
-        " RMS, 0.001° |\n|---|---|---|---|"
-    )
-    for (control, gain), record in runs.items():
-        rows = [quality(record, which) for which in ("measured", "model")]
-        cells = [
-            ", ".join(
-                f"{np.degrees(m) * 1e3:.1f} / {np.degrees(s) * 1e3:.1f}" for m, s in zip(a, b, strict=True)
-            )
-            for a, b in zip(*rows, strict=True)
+def control(runs: dict[tuple[str, int], Seen]) -> list[list[str]]:
+    """Tracking and residual vibration of both links."""
+    rows = [
+        [
+            "Controller",
+            "Gain",
+            *(
+                f"{what} RMS, link {link} (0.001°): measured / model"
+                for what in ("Tracking", "Residual vibration")
+                for link in (1, 2)
+            ),
         ]
-        print(f"| {CONTROLS[control]} | {gain} | {cells[0]} | {cells[1]} |")
+    ]
+    for (name, gain), record in runs.items():
+        measured, model = (np.degrees(quality(record, which)) * 1e3 for which in ("measured", "model"))
+        pairs = zip(measured.ravel(), model.ravel(), strict=True)
+        rows.append([CONTROLS[name], str(gain), *(f"{m:.1f} / {s:.1f}" for m, s in pairs)])
+    return rows
 
 
 def draw_frfs(records: dict[str, Seen], path: Path) -> None:
@@ -242,24 +236,22 @@ def draw_control(runs: dict[tuple[str, int], Seen], path: Path) -> None:
     figure.savefig(path, dpi=90)
 
 
-def main(path: Path) -> None:
+def main() -> None:
     """Tables, figures."""
-    result = result_file.read(path, MotionResult)
-    assert result.parameters is not None
-    values = dict(zip(result.parameters.name, result.parameters.value.tolist(), strict=True))
+    fitted = tables("nagoya_two_link")["Parameters"]["rows"]
+    values = {name: float(value) for name, value, *_ in fitted}
     truth = json.loads((ROOT / "data" / "nagoya_two_link" / "truth.json").read_text())
-    print_numbers(result, truth)
     records = seen((ROOT / "configs" / "nagoya_two_link_frf.yaml").read_text(), values)
     draw_frfs(records, ROOT / "docs" / "nagoya_frf.png")
     text = (ROOT / "configs" / "nagoya_two_link_control.yaml").read_text()
     runs = {}
-    for control in CONTROLS:
+    for name in CONTROLS:
         for gain in (1, 2):
-            runs[control, gain] = next(iter(seen(control_text(text, control, gain), values).values()))
-    print_control(runs)
+            runs[name, gain] = next(iter(seen(control_text(text, name, gain), values).values()))
+    keep("nagoya_two_link_truth", {"Numbers": numbers(fitted, truth), "Controllers": control(runs)})
     draw_control(runs, ROOT / "docs" / "nagoya_control.png")
 
 
 if __name__ == "__main__":
     with threadpool_limits(1):
-        main(Path(sys.argv[1]))
+        main()

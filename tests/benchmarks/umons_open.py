@@ -1,5 +1,5 @@
-"""What the open question of UMONS comes to: the gap at the wrist by band and direction before and after, and
-the FRF in x as a figure.
+"""What the open question of UMONS comes to: the gap at the wrist by band and direction before and after
+(results/pages/umons_open.json), and the FRF in x as a figure.
 
 python -m tests.benchmarks.umons_open reports/umons_open_discovery.h5 docs/umons_open.png
 """
@@ -17,6 +17,7 @@ from identify.reports.kit.figures import style
 from identify.results import file as result_file
 from identify.results.discovery import DiscoveryResult
 from identify.results.fit import FrfComparison
+from tests.benchmarks.pages import keep
 
 Array = NDArray[np.float64]
 AXES = {"x": "1:+Z", "y": "1:+Y", "z": "1:+X"}
@@ -31,16 +32,14 @@ def main() -> None:
     parser.add_argument("figure", type=Path, help="PNG to write")
     given = parser.parse_args()
     result = result_file.read(given.result, DiscoveryResult)
-    print(*result.verdict, *result.added.named, sep="\n")
+    tables = {}
     for posture in result.after.measurements:
         before, after = _frf(result, posture)
-        print(
-            f"\n{posture}, gap of drive-point FRFs before -> after\nband      "
-            + "".join(f"H{axis}{axis:14s}" for axis in AXES)
-        )
+        tables[posture] = [["Hz", *(f"H{axis}{axis}" for axis in AXES)]]
         for band in (*BANDS_HZ, (0, 1000)):
-            pairs = (f"{gap(before, axis, band):6.1f} -> {gap(after, axis, band):<6.2f}" for axis in AXES)
-            print(f"{band[0]:3d}-{band[1]:<5d} " + " ".join(pairs))
+            pairs = [f"{gap(before, axis, band):.3g} -> {gap(after, axis, band):.2f}" for axis in AXES]
+            tables[posture].append([f"{band[0]} to {band[1]}" if band[1] < 1000 else "all", *pairs])
+    keep("umons_open", tables)
     with style():
         draw(*_frf(result, "posture1")).savefig(given.figure, dpi=150, metadata={"Software": None})
 

@@ -71,6 +71,21 @@ def test_a_repeated_pole_is_two_modes() -> None:
     assert np.max(np.abs(damping)) < 0.03
 
 
+def test_responses_to_a_rotating_force_have_the_modes_of_the_structure() -> None:
+    """Two forces at once, 1 and -j, one of them at a sensor: that makes no drive point."""
+    one = measure(ROBOT, FREQUENCY, [0, 1], noise=0.003)
+    frf = np.full_like(one.frf, np.nan)
+    frf[:, :, 0] = one.frf @ [1, -1j]
+    found = analyse(replace(one, frf=frf, simultaneous_inputs=(1, -1j)))
+    frequency, damping = errors(found, ROBOT, INSIDE)
+    assert np.max(np.abs(frequency)) < 0.003
+    assert np.max(np.abs(damping)) < 0.05
+    assert np.min(np.diag(mac(found.table.shapes, ROBOT.shapes[INSIDE]))) > 0.98
+    assert not found.scaling.mass_normalised
+    with pytest.raises(InputError):
+        analyse(replace(one, frf=frf))
+
+
 def test_a_roving_hammer_gives_what_roving_accelerometers_give() -> None:
     fixed = measure(ROBOT, FREQUENCY, [0, 1], noise=0.003)
     roving = FrfSet(

@@ -104,12 +104,13 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, systems in _models(problem, _instances(problem)):
-        shapes = [_shapes(systems[0], problem, number) for number in range(-len(some), 0)]
+        shapes = [_shapes(systems, problem, number) for number in range(-len(some), 0)]
         pairs = [(one, systems[n]) for one, n in zip(sets, fitted, strict=True)]
         parts = each(partial(_scored, shapes=shapes), pairs)
         scores = [_Score.of_all(own) for own in zip(*parts, strict=True)]
         for effect, shape, left in zip(some, shapes, _left(scores, beside), strict=True):
-            found += _best(effect, shape, problem, left, beside)
+            if not _there(shape, problem):
+                found += _best(effect, shape, problem, left, beside)
     each_costs = price(beside.fit.count)
     return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
@@ -184,12 +185,25 @@ class _Shape:
     adding: bool = False
 
 
-def _shapes(system: System, problem: Problem, which: int) -> _Shape:
-    """Of an effect of a system beyond the problem."""
-    present, numbers = problem.measurements[0].system, system.effects[which][1]
-    own = [system.parameters[n] for n in numbers]
-    touched = _touched(_stacks(system, numbers))
-    if {system.coordinates[n] for n in np.flatnonzero(touched)} <= set(present.coordinates):
+def _there(shape: _Shape, problem: Problem) -> bool:
+    """Whether the model has one of its parameters, as a servo has the rotor of its joint."""
+    known = {p.name for p in problem.measurements[0].system.parameters}
+    return any(p.name in known for p in shape.parameters)
+
+
+def _shapes(systems: Sequence[System], problem: Problem, which: int) -> _Shape:
+    """Of an effect of the systems of all measurements beyond the problem: where its link was taken off for a
+    test, it touches nothing there.
+    """
+    numbers = systems[0].effects[which][1]
+    own = [systems[0].parameters[n] for n in numbers]
+    present = {name for m in problem.measurements for name in m.system.coordinates}
+    touched = {
+        system.coordinates[n]
+        for system in systems
+        for n in np.flatnonzero(_touched(_stacks(system, numbers)))
+    }
+    if touched <= present:
         usual = {p.unit: max(q.initial for q in own if q.unit == p.unit) for p in own}
         return _Shape(own, numbers, np.diag([usual[p.unit] or 1.0 for p in own]), adding=True)
     return _Shape(own, numbers, _over_the_band(problem, own))

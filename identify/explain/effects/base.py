@@ -105,6 +105,8 @@ class MotionEffect(ABC):
     """Whether coefficients come as pairs of cosine and sine over an angle, whose phase is a matter of where
     the angle counts from.
     """
+    looked_for: ClassVar[bool] = True
+    """Whether it is in the catalogue; else it is what another may be mistaken for, and has no name."""
     of_load: ClassVar[bool] = False
     """Whether its columns are made of the torque in the gears, which must be known first."""
 

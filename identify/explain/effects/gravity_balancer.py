@@ -30,7 +30,7 @@ class GravityBalancer(MotionEffect):
     says: ClassVar[str] = "gravity balancer beside joint {axis} (a sine of the joint angle)"
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
-    coefficients = (Coefficient("sine", "N m at the joint"), Coefficient("cosine", "N m at the joint"))
+    coefficients = (Coefficient("sine at the joint", "N m"), Coefficient("cosine at the joint", "N m"))
 
     @classmethod
     def instances(cls, scene: RecordedMotion) -> Iterator[Self]:
@@ -64,7 +64,7 @@ class BalancerPreload(MotionEffect):
     )
     target: ClassVar[Target] = "torque"
     in_gear: ClassVar[bool] = True
-    coefficients = (Coefficient("moment", "N m at the joint"),)
+    coefficients = (Coefficient("moment at the joint", "N m"),)
     nonlinear = (
         NonlinearParameter("angle", "rad", -np.pi, np.pi),
         NonlinearParameter("ratio", "1", 0.05, 0.95),

@@ -6,7 +6,7 @@ An encoder disc that is not centred on its shaft: an error of one wave per turn 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self
 
@@ -85,6 +85,20 @@ class AngularTransmissionError(MotionEffect):
         ]
 
 
+class EncoderScale(MotionEffect):
+    """The encoder counts another angle per turn than is stated, which an eccentricity may be mistaken for."""
+
+    kind: ClassVar[str] = "encoder-scale"
+    says: ClassVar[str] = "scale of the link-side encoder of joint {axis}"
+    target: ClassVar[Target] = "deflection"
+    looked_for: ClassVar[bool] = False
+    coefficients = (Coefficient("share", "1"),)
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """The joint angle."""
+        return scene.of_joint(self.axis, scene.joint_position[:, self.axis - 1])
+
+
 class EncoderEccentricity(MotionEffect):
     """The first harmonic of the joint; the offset of the encoders takes its mean."""
 
@@ -92,6 +106,10 @@ class EncoderEccentricity(MotionEffect):
     says: ClassVar[str] = "eccentric link-side encoder of joint {axis} (one wave per turn)"
     target: ClassVar[Target] = "deflection"
     coefficients = (Coefficient("cosine", "rad"), Coefficient("sine", "rad"))
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A wrong scale: over a small part of a turn, one wave per turn is little but a slope."""
+        return ((EncoderScale(self.axis),),)
 
     def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
         """Cosine and sine of the joint angle."""

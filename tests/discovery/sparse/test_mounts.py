@@ -18,7 +18,8 @@ from identify.discovery.sparse.objective import Penalised
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.model.effects.base import Effect
 from identify.model.effects.mount_compliance import MountCompliance
-from identify.vibration.problem import Problem, load_problem
+from identify.vibration.all_springs import usual_springs
+from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
@@ -49,6 +50,16 @@ def _values(model: Problem) -> Array:
     """The study's first guesses, and a mount that tilts."""
     soft = {f"payload1.{axis}.compliance": SOFT for axis in ("rx", "ry")}
     return np.array([soft.get(p.name, p.initial) for p in model.parameters])
+
+
+def test_what_else_of_a_mount_may_give_way_is_where_it_is(tmp_path: Path) -> None:
+    """Springs along and about its axes beside a mount that is there, as what has no name is looked at."""
+    mount = MountCompliance(axes=["rx", "ry"], at_m=(0.0, 0.0, 0.03))
+    there = with_effects(_with_payload(tmp_path), (mount,), {})
+    every = (mount, *usual_springs(there, {"joint1.rz.stiffness": 1e6}))
+    found = {p.name for p in with_effects(there, every, {}).of_effects if p.name.startswith("payload1.")}
+    axes = ("tx", "ty", "tz", "rz")
+    assert {f"payload1.{axis}.compliance" for axis in axes} | {"payload1.rx.stiffness"} <= found
 
 
 @pytest.mark.parametrize("place", [(0.0, 0.0, 0.03), (0.02, -0.01, 0.05)])

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from identify.explain.effects.harmonics import late, strongest_orders
 from identify.explain.effects.transmission_error import EncoderEccentricity
 from identify.explain.regression import solve
+from identify.explain.run import run_explain
 from tests.explain.moved import moved, problem
+from tests.motion.hidden_drive import Hidden, Motion, only, study
 
 
 def test_both_of_two_waves_are_found_the_stronger_first() -> None:
@@ -44,3 +49,27 @@ def test_an_eccentric_disc_is_one_wave_per_turn(turns: int, left: float) -> None
     fit = solve(made, (EncoderEccentricity(1),), (np.zeros(0),), np.ones(1))
     share = fit.residual(made).std() / error.std()
     assert (share < left) == (turns == 1), share
+
+
+def _named(folder: Path, bend: Callable[[Motion], np.ndarray]) -> set[str]:
+    """What is named of a difference of the encoders of joint 2, over an eighth of a turn."""
+    folder.mkdir()
+    hidden = Hidden(deflection=lambda m: only(3, 2, bend(m)), seeds=(1200, 1201))
+    kinds = ["encoder-eccentricity", "joint-compliance", "sensor-latency"]
+    result = run_explain(study(folder, 3, hidden, effects=kinds), folder / "out.h5")[0]
+    return set(result.targets["deflection"].effects.name)
+
+
+def test_an_eccentric_disc_is_told_from_a_wrong_scale(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Over a small part of a turn one wave per turn is little but a slope; without that rival it is named."""
+
+    def scale(m: Motion) -> np.ndarray:
+        return np.asarray(1e-3 * m.q[:, 1])
+
+    name = "joint2.encoder-eccentricity"
+    assert _named(tmp_path / "disc", lambda m: 2e-4 * np.sin(m.q[:, 1] + 0.7)) == {name}
+    assert not _named(tmp_path / "scale", scale)
+    monkeypatch.setattr(EncoderEccentricity, "humbler", lambda *_: ())
+    assert name in _named(tmp_path / "control", scale)

@@ -36,9 +36,24 @@ def test_the_payload_moves_as_a_body_of_its_own_and_a_rigid_mount_changes_nothin
     assert np.linalg.eigvalsh(system.mass).min() > 0
 
 
-def test_a_payload_that_is_not_there_and_a_mount_told_twice_are_refused(tmp_path: Path) -> None:
+def test_two_springs_of_a_mount_are_one_with_the_axes_of_both(tmp_path: Path) -> None:
+    """What is usual along axes and about them has other units, so that they are effects of their own."""
+    robot = arm(tmp_path).with_payload("link6", MASS, CENTRE, INERTIA)
+    both = [MountCompliance(axes=["tx"]), MountCompliance(axes=["ry"])]
+    one = [MountCompliance(axes=["tx", "ry"])]
+    apart, together = (assemble(robot, build_site(robot, POSTURE, e), e) for e in (both, one))
+    assert apart.coordinates == together.coordinates
+    np.testing.assert_array_equal(apart.mass, together.mass)
+    assert {p.name for p in apart.parameters} == {p.name for p in together.parameters}
+
+
+def test_a_payload_that_is_not_there_and_a_mount_at_two_places_are_refused(tmp_path: Path) -> None:
     robot = arm(tmp_path).with_payload("link6", MASS, CENTRE, INERTIA)
     with pytest.raises(InputError, match="payload 2, where the robot has 1"):
         build_site(robot, POSTURE, [MountCompliance(payload=2)])
-    with pytest.raises(InputError, match=r"two effects bring payload1\.tx"):
-        build_site(robot, POSTURE, [MountCompliance(axes=["rx"]), MountCompliance(axes=["ry"])])
+    there = MountCompliance(axes=["ry"], at_m=(0.0, 0.0, 0.01))
+    with pytest.raises(InputError, match="elsewhere than in an effect above"):
+        build_site(robot, POSTURE, [MountCompliance(axes=["rx"]), there])
+    twice = [MountCompliance(axes=["rx"]), MountCompliance(axes=["rx"])]
+    with pytest.raises(InputError, match="claimed by an effect above"):
+        assemble(robot, build_site(robot, POSTURE, twice), twice)
