@@ -78,6 +78,11 @@ def said(folder: Path, name: str) -> str:
         ("ratio_inverted", "gear_ratio.0: found 0.00556; expected greater than or equal to 1"),
         ("wrong_placeholder", "braces other than {joint} in 'joint{n}.motor_rad'"),
         ("open_brace", "braces other than {joint} in 'joint{joint.motor_rad'"),
+        ("truth_as_window", "window_decay_per_s: found 'true'; expected a valid number"),
+        ("angle_of_nan", "posture_deg.0: found .nan; expected a number"),
+        ("negative_start", "bounds: [-1000, -1e+09]"),
+        ("second_mass", "<mass> of <inertial>: a second one; expected one"),
+        ("falling", "frequencies that do not rise"),
         ("counts_in_bits", "Encoders of 17 counts a turn have steps of 21.2 degrees: are these bits"),
     ],
 )
