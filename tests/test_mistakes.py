@@ -16,10 +16,13 @@ from identify.core.analyses import checker_of
 from identify.core.config import family_of
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import DampingValues
+from identify.measured.channel import Channel
 from identify.measured.finding import STUDY
+from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.measured.quality_robot import check_robot
 from identify.modal.settings import ModalSettings
+from identify.modes.setups import read_setups
 from identify.reports.show import print_findings
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -95,6 +98,19 @@ def test_a_mistake_is_named(tmp_path: Path, name: str, sentence: str) -> None:
 
 def test_points_that_cannot_be_read_are_not_said_to_be_none(tmp_path: Path) -> None:
     assert "No point explains" not in said(tmp_path, "workbook")
+
+
+def test_a_dead_channel_has_no_part_in_modes(tmp_path: Path) -> None:
+    wrong_inputs.dead_channel(tmp_path)
+    [(_, data)] = read_setups([tmp_path / "a.csv"], FrfFileOptions(), None, roved=False)
+    assert data.outputs == wrong_inputs.frfs().outputs[:1]
+    assert re.search(CASES["dead_channel"].cause, data.notes[-1])
+
+
+def test_a_node_has_the_digits_of_a_universal_file() -> None:
+    assert Channel.parse("9999999999:+Z").node == 9999999999
+    with pytest.raises(InputError, match="channel '99999999999:"):
+        Channel.parse("99999999999:+Z")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "data").glob("*/robot.*")), ids=lambda path: path.parent.name)

@@ -20,7 +20,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from io import StringIO
@@ -34,6 +34,7 @@ from ruamel.yaml import YAML
 
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
+from tests.frf_files import write_csv
 from tests.measured.uff_text import Dataset58, some_frf, text
 
 ROOT = Path(__file__).parents[2]
@@ -352,6 +353,14 @@ def times_in_ms(folder: Path) -> tuple[Words, ...]:
     rows = "\n".join(f"{5 * n},{a:.5f},{b:.5f}" for n, (a, b) in enumerate(rng.normal(size=(12000, 2))))
     (folder / "a.csv").write_text(f"time_s,1:+X [m/s^2],2:+X [m/s^2]\n{rows}\n")
     return ((*MODES, "a.csv", "--output-only", "--band", "5", "80"),)
+
+
+def dead_channel(folder: Path) -> tuple[Words, ...]:
+    data = frfs().pairs([0, 1], [0])
+    dead = data.frf.copy()
+    dead[:, 1] = 0
+    write_csv(folder / "a.csv", replace(data, frf=dead))
+    return ((*MODES, "a.csv"),)
 
 
 def falling(folder: Path) -> tuple[Words, ...]:
