@@ -170,3 +170,10 @@ def test_a_simulation_says_it_too(tmp_path: Path) -> None:
     study.write_text(study.read_text().replace("robot:\n", "robot:\n  gravity_m_s2: [0, 0, -9810]\n"))
     done = identify.simulate(study, out=tmp_path / "arm.h5", report=False)
     assert done.notes[0].startswith("gravity is 9810 m/s^2")
+
+
+def test_a_new_study_does_not_take_the_place_of_another(tmp_path: Path) -> None:
+    [(_, study, _, out, _)] = wrong_inputs.study_in_the_way(tmp_path)
+    with pytest.raises(InputError, match=CASES["study_in_the_way"].cause):
+        identify.discover(tmp_path / study, out=tmp_path / out, report=False)
+    assert (tmp_path / "other.yaml").read_text() == "precious: true\n"

@@ -372,6 +372,12 @@ def falling(folder: Path) -> tuple[Words, ...]:
 # Options
 
 
+def study_in_the_way(folder: Path) -> tuple[Words, ...]:
+    arm(folder)
+    (folder / "other.yaml").write_text("precious: true\n")
+    return (("discover", "arm.yaml", "--out", "other.h5", "--no-report"),)
+
+
 def damping_in_percent(folder: Path) -> tuple[Words, ...]:
     (folder / "a.yaml").write_text(
         "modes:\n  - {frequency_hz: 12.0, damping_ratio: 1.5, shape: {'1:+X': 1.0, '2:+X': 0.2}}\n"
