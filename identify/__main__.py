@@ -9,8 +9,8 @@ from identify.core.version import VERSION
 
 
 def main() -> None:
-    """Entry point: limits BLAS to one thread (small matrices), turns input errors into a sentence and exit
-    code 2, Ctrl-C and a polite kill into one and exit code 130.
+    """Entry point: limits BLAS to one thread (small matrices), turns input errors and want of memory into a
+    sentence and exit code 2, Ctrl-C and a polite kill into one and exit code 130.
 
     The version is printed without loading what parses a command line.
     """
@@ -34,6 +34,11 @@ def main() -> None:
                 raise
     except (InputError, InputErrors) as error:
         typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except MemoryError as error:
+        typer.echo(
+            f"error: more memory than there is ({error}); ask for fewer starts, lines or steps.", err=True
+        )
         sys.exit(EXIT_BAD_INPUT)
     except Interrupted:
         typer.echo(ended, err=True)

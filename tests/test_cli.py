@@ -309,3 +309,13 @@ def test_init_takes_a_file_for_each_point_as_one_measurement(tmp_path: Path) -> 
         (tmp_path / f"{name}.yaml").write_text(filled)
         checked = run_checks(tmp_path / f"{name}.yaml")
         assert not checked.refused and not checked.failed
+
+
+def test_memory_that_is_not_there_is_a_sentence(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["identify", "fit", "study.yaml"])
+    monkeypatch.setattr("identify.cli._run", lambda *_: np.empty(2**55))
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert "error: more memory than there is (Unable to allocate" in capsys.readouterr().err

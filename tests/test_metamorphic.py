@@ -33,6 +33,7 @@ from identify.vibration.problem import Problem, load_problem
 from identify.vibration.records import check_records, with_records
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import gap
+from tests.robots_otherwise import OTHERWISE, Described
 
 DATA = Path(__file__).parents[1] / "data" / "arm_hammer_test"
 TRUTH = json.loads((DATA / "truth.json").read_text())
@@ -203,6 +204,22 @@ def test_the_same_told_otherwise_is_the_same(
     values, _, notes = joints(change(plain()), tmp_path)
     assert values == pytest.approx(first, rel=EXACT)
     assert notes == ()
+
+
+@pytest.mark.parametrize("name", OTHERWISE)
+def test_the_same_robot_described_otherwise_is_the_same(first: Array, tmp_path: Path, name: str) -> None:
+    path = study(plain(), tmp_path)
+    one = Described.of((DATA / "robot.urdf").read_text(), (tmp_path / "points.csv").read_text(), [[*POSTURE]])
+    OTHERWISE[name](one)
+    robot, points = one.texts()
+    (tmp_path / "robot.urdf").write_text(robot, encoding="utf-8")
+    (tmp_path / "points.csv").write_text(points, encoding="utf-8")
+    config = YAML(typ="safe").load(path.read_text())
+    config["robot"] = {"urdf": "robot.urdf"}
+    config["measurements"][0]["posture_deg"] = one.postures[0]
+    with path.open("w") as file:
+        YAML(typ="safe").dump(config, file)
+    assert fit(fit_plan(load_problem(read_study(path)))).values == pytest.approx(first, rel=EXACT)
 
 
 def every(number: int, begin: int = 0) -> Callable[[Told], Told]:

@@ -16,10 +16,13 @@ from identify.core.analyses import checker_of
 from identify.core.config import family_of
 from identify.core.errors import InputError, InputErrors
 from identify.core.parameters import DampingValues
+from identify.measured.channel import Channel
 from identify.measured.finding import STUDY
+from identify.measured.frf_records import FrfFileOptions
 from identify.measured.loaders import load_frf_set
 from identify.measured.quality_robot import check_robot
 from identify.modal.settings import ModalSettings
+from identify.modes.setups import read_setups
 from identify.reports.show import print_findings
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
@@ -78,6 +81,11 @@ def said(folder: Path, name: str) -> str:
         ("ratio_inverted", "gear_ratio.0: found 0.00556; expected greater than or equal to 1"),
         ("wrong_placeholder", "braces other than {joint} in 'joint{n}.motor_rad'"),
         ("open_brace", "braces other than {joint} in 'joint{joint.motor_rad'"),
+        ("truth_as_window", "window_decay_per_s: found 'true'; expected a valid number"),
+        ("angle_of_nan", "posture_deg.0: found .nan; expected a number"),
+        ("negative_start", "bounds: [-1000, -1e+09]"),
+        ("second_mass", "<mass> of <inertial>: a second one; expected one"),
+        ("falling", "frequencies that do not rise"),
         ("counts_in_bits", "Encoders of 17 counts a turn have steps of 21.2 degrees: are these bits"),
     ],
 )
@@ -90,6 +98,19 @@ def test_a_mistake_is_named(tmp_path: Path, name: str, sentence: str) -> None:
 
 def test_points_that_cannot_be_read_are_not_said_to_be_none(tmp_path: Path) -> None:
     assert "No point explains" not in said(tmp_path, "workbook")
+
+
+def test_a_dead_channel_has_no_part_in_modes(tmp_path: Path) -> None:
+    wrong_inputs.dead_channel(tmp_path)
+    [(_, data)] = read_setups([tmp_path / "a.csv"], FrfFileOptions(), None, roved=False)
+    assert data.outputs == wrong_inputs.frfs().outputs[:1]
+    assert re.search(CASES["dead_channel"].cause, data.notes[-1])
+
+
+def test_a_node_has_the_digits_of_a_universal_file() -> None:
+    assert Channel.parse("9999999999:+Z").node == 9999999999
+    with pytest.raises(InputError, match="channel '99999999999:"):
+        Channel.parse("99999999999:+Z")
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "data").glob("*/robot.*")), ids=lambda path: path.parent.name)
@@ -149,3 +170,10 @@ def test_a_simulation_says_it_too(tmp_path: Path) -> None:
     study.write_text(study.read_text().replace("robot:\n", "robot:\n  gravity_m_s2: [0, 0, -9810]\n"))
     done = identify.simulate(study, out=tmp_path / "arm.h5", report=False)
     assert done.notes[0].startswith("gravity is 9810 m/s^2")
+
+
+def test_a_new_study_does_not_take_the_place_of_another(tmp_path: Path) -> None:
+    [(_, study, _, out, _)] = wrong_inputs.study_in_the_way(tmp_path)
+    with pytest.raises(InputError, match=CASES["study_in_the_way"].cause):
+        identify.discover(tmp_path / study, out=tmp_path / out, report=False)
+    assert (tmp_path / "other.yaml").read_text() == "precious: true\n"

@@ -32,7 +32,10 @@ def read_table(path: Path) -> list[tuple[int, Row]]:
     ]
     if len(rows) < 2:
         raise InputError(str(path), "no rows", "a header and a line per posture")
-    header, found = rows[0][1], []
+    (first, header), found = rows[0], []
+    twice = next((key for key in header if header.count(key) > 1), None)
+    if twice is not None:
+        raise InputError(f"{path} line {first}", f"two columns {twice!r}", "each column once")
     for number, cells in rows[1:]:
         where = f"{path} line {number}"
         if len(cells) != len(header):

@@ -7,6 +7,7 @@ import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from inspect import isabstract
+from math import isnan
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Self, TypeVar, get_args
 
@@ -85,7 +86,7 @@ class ConfigFile(Settings, Generic[S]):
         if keys[0] in data:
             where = f"{self.path}{line_of(data, keys)}: {error.where}"
             return InputError(where, error.found, error.expected, error.fix)
-        for named, text in leaves(data):
+        for named, text in leaves(data, str):
             if error.where in (str(self.resolve(Path(text))), text):
                 key = ".".join(map(str, named))
                 where = f"{error.where} ({key} in {self.path}{line_of(data, named)})"
@@ -132,9 +133,28 @@ def validated(path: Path, data: Any, kind: type[S]) -> S:
     its line.
     """
     try:
-        return kind.model_validate(data)
+        return kind.model_validate(_read_as(path, data))
     except ValidationError as error:
         raise InputErrors([_input_error(path, data, fault, kind) for fault in error.errors()]) from error
+
+
+def _read_as(path: Path, data: Any) -> Any:
+    """The data with truth values as text, since pydantic takes `true` for the number 1; InputError for what
+    is no number.
+    """
+    nowhere = next((keys for keys, value in leaves(data, float) if isnan(value)), None)
+    if nowhere is not None:
+        where = f"{path}{line_of(data, nowhere)}: {'.'.join(map(str, nowhere))}"
+        raise InputErrors([InputError(where, "found .nan", "a number")])
+    return _in_words(data)
+
+
+def _in_words(data: Any) -> Any:
+    if isinstance(data, Mapping):
+        return {key: _in_words(value) for key, value in data.items()}
+    if isinstance(data, list):
+        return [_in_words(value) for value in data]
+    return str(data).lower() if isinstance(data, bool) else data
 
 
 def read_yaml(path: Path) -> tuple[Any, str]:

@@ -103,8 +103,8 @@ def finite(where: str, column: str, text: str) -> float:
 
 def node_number(where: str, text: str) -> int:
     """The number of a node; InputError for anything else."""
-    if not (text.isascii() and text.isdigit() and int(text) > 0):
-        raise InputError(where, f"node {text!r}", "a positive whole number")
+    if not (text.isascii() and text.isdigit() and len(text) <= 10 and int(text) > 0):
+        raise InputError(where, f"node {text!r}", "a positive whole number of at most ten digits")
     return int(text)
 
 

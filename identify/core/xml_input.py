@@ -5,6 +5,7 @@ depth, without entities of its own.
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -118,7 +119,7 @@ def _parsed(path: Path, content: bytes, expected: str, words: bool = False) -> _
     builder, parser, lines = ElementTree.TreeBuilder(), expat.ParserCreate(), Lines()
     open_elements: list[tuple[ElementTree.Element, int]] = []
     ends: dict[ElementTree.Element, tuple[int, int]] = {}
-    encoding = ["utf-8"]
+    encoding = ["utf-16" if content[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else "utf-8"]
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(open_elements) >= _DEPTH:

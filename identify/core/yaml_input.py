@@ -11,7 +11,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from ruamel.yaml import YAML
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
@@ -30,6 +30,7 @@ YAML_SUFFIXES = (".yaml", ".yml")
 _DEPTH, _NODES, _DIGITS, _WIDTH = 20, 250_000, 60, 140
 _TEXT, _DATE, _FLOAT = (f"tag:yaml.org,2002:{name}" for name in ("str", "timestamp", "float"))
 _NUMBER = re.compile(r"[-+]?(0[xX][\da-fA-F_]+|0[oObB][\d_]+|[\d_.]+([eE][-+]?\d+)?)")
+L = TypeVar("L")
 _DAMAGED = (ValueError, LookupError, TypeError, AttributeError, AssertionError, RecursionError)
 """What the YAML reader raises on broken YAML beside its own errors."""
 
@@ -137,13 +138,13 @@ def line_of(data: Any, keys: list[Any]) -> str:
     return line
 
 
-def leaves(data: Any, above: tuple[Any, ...] = ()) -> Iterator[tuple[list[Any], str]]:
-    """Every text in a YAML file with the keys that lead to it."""
-    if isinstance(data, str):
-        yield list(above), str(data)
+def leaves(data: Any, kind: type[L], above: tuple[Any, ...] = ()) -> Iterator[tuple[list[Any], L]]:
+    """Every value of a kind, such as `str`, in a YAML file with the keys that lead to it."""
+    if isinstance(data, kind):
+        yield list(above), data
     inside = data.items() if isinstance(data, dict) else enumerate(data) if isinstance(data, list) else ()
     for key, value in inside:
-        yield from leaves(value, (*above, key))
+        yield from leaves(value, kind, (*above, key))
 
 
 def _first_line(error: Exception) -> str:

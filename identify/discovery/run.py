@@ -45,6 +45,7 @@ from identify.results.discovery import (
     PartTable,
     StepResult,
 )
+from identify.results.file import check_alone
 from identify.setup.fit import check_set_up
 from identify.vibration.evaluate import evaluate
 from identify.vibration.measured_modes import MeasuredModes, modes_of
@@ -82,6 +83,7 @@ def run_discover(
     study = path.with_suffix(".yaml")
     if config.resolve() == study.resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
+    check_alone(path, [study])
     if note:
         progress.say(f"{capital(note)}.")
     count = workers or os.cpu_count() or 1

@@ -19,7 +19,7 @@ from identify.export.reduced import reduced
 from identify.model.modes import complex_modes
 from identify.results.discovery import fit_of
 from identify.results.fit import FitResult
-from identify.vibration.fitted_model import FittedModel, fitted_model, posture_of
+from identify.vibration.fitted_model import FittedModel, check_band, fitted_model, posture_of
 
 _ALL = "all"
 
@@ -45,6 +45,8 @@ def run_export(result: Path, wanted: Wanted, out: Path | None = None) -> Exporte
     that exists, which is kept.
     """
     form: Format = FORMATS.get(wanted.to, "--to")()
+    if wanted.band_hz is not None:
+        check_band(wanted.band_hz)
     asked = wanted.modes is not None or wanted.error is not None
     if asked and not form.reduces:
         able = [name for name, one in FORMATS.usable().items() if one.reduces]

@@ -73,6 +73,9 @@ class Load:
             raise InputError(
                 "identify deflection", "a cut that is not whole", "`--tool`, `--depth` and `--feed-per-tooth`"
             )
+        if not all(0 < value < np.inf for value in cut if value is not None):
+            found = f"{self.depth_mm:g} mm and {self.feed_per_tooth_mm:g} mm"
+            raise InputError("--depth, --feed-per-tooth", found, "two lengths above 0")
         if self.path is not None and self.posture is not None:
             raise InputError("--posture", "with a path, which has its own", "one of the two")
         if self.tool is not None and self.node is not None:

@@ -18,7 +18,7 @@ from identify.machining.tool import Tool, read_tool
 from identify.map.limits import KINDS, Wanted
 from identify.robot.points import Point
 from identify.robot.reach import about, placed, reached, shortest
-from identify.vibration.fitted_model import FittedModel, tool_point
+from identify.vibration.fitted_model import FittedModel, check_band, tool_point
 
 _WITHOUT_BAND_HZ = (1.0, 100.0)
 _EXPECTED = "X1:X2:COUNT,Y1:Y2:COUNT,Z1:Z2:COUNT in metres, such as 1.2:1.8:7,-0.4:0.4:5,0.8:0.8:1"
@@ -156,13 +156,16 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
     if options.postures is not None:
         return read_postures(options.postures, joints)[:2]
     axes = [np.rad2deg(fitted.posture)[joint : joint + 1] for joint in range(joints)]
+    asked = [joint for joint, *_ in options.grid]
     for joint, first, last, count in options.grid:
-        if not 1 <= joint <= joints or count < 1:
+        if not 1 <= joint <= joints or count < 1 or not np.isfinite([first, last]).all():
             raise InputError(
                 "--grid",
-                f"joint {joint} in {count} steps",
-                f"a joint from 1 to {joints} and at least one step",
+                f"joint {joint} in {count} steps from {first:g} to {last:g}",
+                f"a joint from 1 to {joints} and at least one step between two angles",
             )
+        if asked.count(joint) > 1:
+            raise InputError("--grid", f"joint {joint} twice", "each joint once")
         axes[joint - 1] = np.linspace(first, last, count)
     found = np.deg2rad(np.array(list(itertools.product(*axes))))
     return [f"p{number:0{len(str(len(found)))}d}" for number in range(1, len(found) + 1)], found
@@ -170,12 +173,9 @@ def _postures(fitted: FittedModel, options: MapOptions) -> tuple[list[str], Arra
 
 def _lines(fitted: FittedModel, options: MapOptions) -> Array:
     low, high = options.band_hz or fitted.band_hz or _WITHOUT_BAND_HZ
-    if not 0 <= low < high or options.lines < 2:
-        raise InputError(
-            "--band",
-            f"{options.lines} lines from {low:g} to {high:g} Hz",
-            "the lower frequency first and two lines or more",
-        )
+    check_band((low, high))
+    if options.lines < 2:
+        raise InputError("--lines", str(options.lines), "two or more")
     return np.linspace(low, high, options.lines)
 
 

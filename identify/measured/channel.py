@@ -13,7 +13,8 @@ from identify.core.errors import InputError
 
 _NAMES = {0: "S", 1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ"}
 _CODES = {name: code for code, name in _NAMES.items()}
-_PATTERN = re.compile(r"^\s*(\d+)\s*:\s*([+-]?)\s*(S|R?[XYZ])\s*$", re.IGNORECASE)
+_PATTERN = re.compile(r"^\s*(\d{1,10})\s*:\s*([+-]?)\s*(S|R?[XYZ])\s*$", re.IGNORECASE)
+"""Node and direction; a universal file has room for ten digits of a node."""
 _OF_JOINT = re.compile(r"^\s*joint([1-9]\d*)\s*:\s*([+-]?)\s*(motor|reference)\s*$", re.IGNORECASE)
 _TURNING, _SCALAR = 6, 0
 

@@ -41,6 +41,8 @@ def common_lines(axes: Sequence[tuple[str, Array]]) -> tuple[Array, list[slice],
     longest_where, longest = max(axes, key=lambda one: len(one[1]))
     starts, first, last = [], 0, len(longest)
     for where, axis in axes:
+        if np.any(np.diff(axis) <= 0):
+            raise InputError(where, "frequencies that do not rise", "rising frequencies in Hz")
         start = int(np.argmin(np.abs(longest - axis[0]))) if len(axis) else 0
         end = start + len(axis)
         if not _same(longest[start:end], axis, longest) or 2 * (min(end, last) - max(start, first)) <= len(

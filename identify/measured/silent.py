@@ -73,6 +73,11 @@ def without(
     return replace(frf_set.pairs(kept, forces), notes=(*frf_set.notes, note))
 
 
+def connected(frf_set: FrfSet) -> FrfSet:
+    """The set without dead channels, as `without` says."""
+    return without(frf_set, *dead(frf_set), "is zero or constant at every line, as of an open cable")
+
+
 def _steps(frf_set: FrfSet) -> Array:
     """(lines - 1, outputs, inputs): sizes of the steps from line to line; 0 of what was not measured."""
     return np.asarray(np.nan_to_num(np.abs(np.diff(frf_set.frf, axis=0))))

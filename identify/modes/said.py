@@ -41,8 +41,10 @@ def checked(model: type[T], values: dict[str, Any]) -> T:
     except ValidationError as error:
         fault = error.errors()[0]
         where = str(fault["loc"][0]) if fault["loc"] else "options"
-        found = f"found {fault['input']!r}" if fault["loc"] else "they do not fit together"
-        raise InputError(where, found, fault["msg"][:1].lower() + fault["msg"][1:]) from error
+        if fault["type"] == "value_error":
+            raise InputError(where, str(fault["ctx"]["error"]).rstrip(".")) from error
+        expected = fault["msg"].removeprefix("Input should be ")
+        raise InputError(where, f"found {fault['input']!r}", expected[:1].lower() + expected[1:]) from error
 
 
 def sources(

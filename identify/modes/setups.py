@@ -13,6 +13,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
+from identify.measured.silent import connected
 from identify.measured.source import Estimation, read_source
 from identify.modal.setups.result import pooled
 from identify.modal.setups.run import EXPLAINED, Setups
@@ -42,7 +43,7 @@ def read_setups(
         else:
             one = pooled([sets[path] for path in paths], str(paths[0]))
         found.append((paths[0].stem, one))
-    found = _chosen(found, file, str(files[0]))
+    found = [(name, connected(one)) for name, one in _chosen(found, file, str(files[0]))]
     return [part for name, one in found for part in _by_node(name, one)] if roved else found
 
 

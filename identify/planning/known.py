@@ -84,8 +84,11 @@ def known_of(
     """Of a study or a fit; noise, m/s^2/N, resolution, Hz, and the noise of the force, relative, where they
     are known.
 
-    InputError for a file that is neither, and where noise, band or resolution is not known.
+    InputError for a file that is neither, and where noise, band or resolution is not known or not possible.
     """
+    for option, value in {"noise": noise, "resolution": resolution, "force-noise": force_noise}.items():
+        if value is not None and not (0 < value < np.inf or (value == 0 and option == "force-noise")):
+            raise InputError(f"--{option}", f"{value:g}", "a number above 0")
     if path.suffix in YAML_SUFFIXES:
         return _of_study(path, noise, resolution, force_noise or 0.0)
     return _of_fit(path, noise, resolution, force_noise)

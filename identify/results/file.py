@@ -50,17 +50,30 @@ CHECKSUM = "checksum"
 
 def check_new(path: Path, what: str, inputs: Iterable[Path], beside: Iterable[Path] = ()) -> None:
     """Raise an InputError where `path` is no place for a result (what: such as "a map"), or where it, a
-    report, or another file that is written beside it would take the place of an input.
+    report, or another file that is written beside it would take the place of an input, or (`check_alone`)
+    of something else.
     """
     if path.suffix not in SUFFIXES:
         raise InputError(
             str(path), f"suffix {path.suffix!r}: not a file for {what}", "a new file in .h5", atomic.ELSEWHERE
         )
+    beside = list(beside)
     read = {one.resolve() for one in inputs}
     for new in (path, path.with_suffix(".html"), path.with_suffix(".pdf"), *beside):
         if new.resolve() in read:
             found = f"not a file for {what}: an input, which would be overwritten"
             raise InputError(str(new), found, "a new file", atomic.ELSEWHERE)
+    check_alone(path, beside)
+
+
+def check_alone(path: Path, beside: Iterable[Path]) -> None:
+    """Raise an InputError where a file that is written beside a new result is there: it is of something
+    else.
+    """
+    other = next((one for one in beside if one.exists() and not path.exists()), None)
+    if other is not None:
+        found = f"is there without {path.name}, beside which it would be written"
+        raise InputError(str(other), found, "a new file", f"{atomic.ELSEWHERE}, or remove it")
 
 
 def check_writable(path: Path) -> None:

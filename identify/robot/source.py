@@ -41,8 +41,8 @@ class Source:
         return parse_markup(self.path, self.content, EXPECTED)
 
     def text(self) -> str:
-        """The text of the URDF."""
-        return self.content.decode("utf-8-sig", errors="replace")
+        """The text of the URDF, which a file in UTF-8 would have."""
+        return self.markup().changed()
 
 
 def read_source(path: Path, arguments: Mapping[str, str] = NO_ARGUMENTS) -> Source:

@@ -103,16 +103,23 @@ class UrdfDocument:
 
     def child(self, element: ElementTree.Element, tag: str, owner: str) -> ElementTree.Element:
         """A required child element."""
-        found = element.find(tag)
+        found = self.only(element, tag)
         if found is None:
             raise InputError(
                 self.where(element), f"element <{tag}> is missing", fix=f"add <{tag} .../> to {owner}"
             )
         return found
 
+    def only(self, element: ElementTree.Element, tag: str) -> ElementTree.Element | None:
+        """A child element, None where there is none; two are an InputError."""
+        found = element.findall(tag)
+        if len(found) > 1:
+            raise InputError(self.where(found[1], f"<{element.tag}>"), "a second one", "one", "remove one")
+        return found[0] if found else None
+
     def origin(self, element: ElementTree.Element, owner: str) -> Array:
         """Pose (4, 4) of an optional <origin>; the identity where there is none, as the format says."""
-        found = element.find("origin")
+        found = self.only(element, "origin")
         if found is None:
             return np.eye(4)
         xyz, rpy = (
@@ -147,7 +154,7 @@ def joints(document: UrdfDocument) -> list[UrdfJoint]:
 
 
 def _inertial(document: UrdfDocument, link: ElementTree.Element, name: str) -> Link | None:
-    element, owner = link.find("inertial"), f"link {name!r}"
+    element, owner = document.only(link, "inertial"), f"link {name!r}"
     if element is None:
         return None
     mass = document.numbers(document.child(element, "mass", owner), "value", 1, owner)[0]
@@ -188,7 +195,7 @@ def _joint(document: UrdfDocument, element: ElementTree.Element) -> UrdfJoint:
 
 
 def _mimic(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Mimic | None:
-    element = joint.find("mimic")
+    element = document.only(joint, "mimic")
     if element is None:
         return None
     times, offset = (
@@ -199,7 +206,7 @@ def _mimic(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Mi
 
 
 def _axis(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Array:
-    element = joint.find("axis")
+    element = document.only(joint, "axis")
     if element is None:
         return np.array([1.0, 0.0, 0.0])  # the default of the format
     axis = np.array(document.numbers(element, "xyz", 3, owner))
@@ -214,7 +221,7 @@ def _axis(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> Arr
 
 
 def _limits(document: UrdfDocument, joint: ElementTree.Element, owner: str) -> tuple[float, float]:
-    element = joint.find("limit")
+    element = document.only(joint, "limit")
     if element is None or not {"lower", "upper"} & set(element.attrib):
         return -np.inf, np.inf
     lower, upper = (

@@ -206,6 +206,13 @@ def _slope(result: FitResult) -> Array:
     return slope
 
 
+def check_band(band_hz: tuple[float, float]) -> None:
+    """Raise an InputError for what is no band."""
+    low, high = band_hz
+    if not 0 <= low < high < np.inf:
+        raise InputError("--band", f"{low:g} to {high:g} Hz", "two frequencies, the lower first")
+
+
 def tool_point(model: FittedModel, node: int | None, where: str = "--tool") -> Point:
     """The point with a node, or the last one, or the origin of the last link where there are no points;
     InputError for an unknown node.

@@ -26,7 +26,7 @@ from identify.measured.modal_table import ModalTable
 from identify.measured.modal_tables import read_modal_table
 from identify.measured.noise import with_noise, with_relative_noise, without_bias
 from identify.measured.record_length import record_length, shortest_record
-from identify.measured.silent import dead, noise_alone, without
+from identify.measured.silent import connected, noise_alone, without
 from identify.measured.source import read_source
 from identify.model.effects.base import Effect
 from identify.model.effects.geared import Geared
@@ -190,7 +190,7 @@ def given_of(settings: MeasurementSettings, name: str, posture: Array, chosen: F
     """A measurement of chosen data, with their noise where it is known and without dead channels."""
     if isinstance(chosen, ModalTable):
         return Given(name, settings, posture, chosen)
-    data = without(chosen, *dead(chosen), "is zero or constant at every line, as of an open cable")
+    data = connected(chosen)
     if isinstance(settings.noise, RelativeNoise):
         data = without(data, *noise_alone(data), "is nothing but noise")
     data = _with_noise(data, settings)

@@ -113,6 +113,9 @@ def test_tables(tmp_path: Path) -> None:
     path.write_text("name,joint1_deg\na\n")
     with pytest.raises(InputError, match=r"t\.csv line 2: 1 cells; expected 2"):
         read_table(path)
+    path.write_text("joint1_deg,joint1_deg\n1,2\n")
+    with pytest.raises(InputError, match=r"t\.csv line 1: two columns 'joint1_deg'"):
+        read_table(path)
 
 
 def test_tables_of_postures_of_a_robot(tmp_path: Path) -> None:

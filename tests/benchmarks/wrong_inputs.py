@@ -20,7 +20,7 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
 from io import StringIO
@@ -34,6 +34,8 @@ from ruamel.yaml import YAML
 
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
+from tests.frf_files import write_csv
+from tests.measured.uff_text import Dataset58, some_frf, text
 
 ROOT = Path(__file__).parents[2]
 ARM, JOINTS, NAGOYA = (ROOT / "data" / name for name in ("arm_hammer_test", "joint_runs", "nagoya_two_link"))
@@ -56,7 +58,8 @@ Words = tuple[str, ...]
 @dataclass(frozen=True)
 class Case:
     """A mistake: what is right, words of the right cause, and how it is made: by text that is changed in a
-    study (`of`), by words behind `modes` and its data, or by the function of its name.
+    study (`of`), by words behind `modes` and its data, by a command after a fit, or by the function of its
+    name.
     """
 
     name: str
@@ -67,11 +70,14 @@ class Case:
     changes: tuple[tuple[str, str], ...] = ()
     of: str = "arm"
     words: Words = ()
+    after: Words = ()
 
     def make(self, folder: Path) -> tuple[Words, ...]:
         """Writes its files into a folder; its commands, of which the first that refuses is the last."""
         if self.words:
             return ((*MODES, str(ARM / "posture1.uff"), *self.words),)
+        if self.after:
+            return (*arm(folder)[1:], self.after)
         made = globals()[self.of](folder, *self.changes) if self.changes else globals()[self.name](folder)
         return tuple(map(tuple, made))
 
@@ -227,6 +233,20 @@ def table_in_mm(folder: Path) -> tuple[Words, ...]:
     return table(folder, d_m=1e3, a_m=1e3)
 
 
+def second_mass(folder: Path) -> tuple[Words, ...]:
+    return arm(
+        folder,
+        ('<mass value="75.42223416"/>', '<mass value="75.42223416"/><mass value="7"/>'),
+        file="robot.urdf",
+    )
+
+
+def description_in_utf16(folder: Path) -> tuple[Words, ...]:
+    commands = arm(folder)
+    (folder / "robot.urdf").write_bytes((folder / "robot.urdf").read_text().encode("utf-16"))
+    return (*commands, ("map", "reports/arm.h5", "--grid", "2:0:0:1", "--workers", "1", "--no-report"))
+
+
 def table_in_radians(folder: Path) -> tuple[Words, ...]:
     return table(folder, alpha_deg=np.pi / 180)
 
@@ -335,7 +355,27 @@ def times_in_ms(folder: Path) -> tuple[Words, ...]:
     return ((*MODES, "a.csv", "--output-only", "--band", "5", "80"),)
 
 
+def dead_channel(folder: Path) -> tuple[Words, ...]:
+    data = frfs().pairs([0, 1], [0])
+    dead = data.frf.copy()
+    dead[:, 1] = 0
+    write_csv(folder / "a.csv", replace(data, frf=dead))
+    return ((*MODES, "a.csv"),)
+
+
+def falling(folder: Path) -> tuple[Words, ...]:
+    """A universal file whose lines are written from the highest frequency down."""
+    down = [Dataset58(some_frf(n, 40), response=(n, 3), start=80, step=-1) for n in (1, 2)]
+    return instead(folder, "a.uff", text(down))
+
+
 # Options
+
+
+def study_in_the_way(folder: Path) -> tuple[Words, ...]:
+    arm(folder)
+    (folder / "other.yaml").write_text("precious: true\n")
+    return (("discover", "arm.yaml", "--out", "other.h5", "--no-report"),)
 
 
 def damping_in_percent(folder: Path) -> tuple[Words, ...]:
@@ -386,6 +426,20 @@ def diameter_in_m(folder: Path) -> tuple[Words, ...]:
     return FIT, ("stability", "reports/arm.h5", "--tool", "tool.yaml", "--draws", "50", "--no-report")
 
 
+def column_twice(folder: Path) -> tuple[Words, ...]:
+    arm(folder)
+    names = [f"joint{n}_deg" for n in (1, 2, 3, 4, 5, 6, 6)]
+    (folder / "postures.csv").write_text(f"{','.join(names)}\n0,1,2,3,4,5,6\n")
+    return FIT, ("map", "reports/arm.h5", "--postures", "postures.csv", "--no-report")
+
+
+def depth_below_zero(folder: Path) -> tuple[Words, ...]:
+    arm(folder)
+    (folder / "tool.yaml").write_text((ROOT / "configs" / "tool.yaml").read_text())
+    cut = ("--tool", "tool.yaml", "--depth", "-1", "--feed-per-tooth", "0.1")
+    return FIT, ("deflection", "reports/arm.h5", *cut, "--no-report")
+
+
 def plugin_that_quits(folder: Path) -> tuple[Words, ...]:
     commands = arm(folder, ("axes: [rz]}", "axes: [rz]}\n  - {kind: quits}"))
     (folder / "quitter.py").write_text("import sys\nsys.exit('no licence')\n")
@@ -424,7 +478,8 @@ def run(case: Case) -> Seen:
         said, code = "", 0
         for words in case.make(folder):
             program = [str(Path(sys.executable).with_name("identify")), *words]
-            environment = {**os.environ, "OMP_NUM_THREADS": "1", "COLUMNS": "300", "PYTHONPATH": name}
+            path = os.pathsep.join([name, str(ROOT)])
+            environment = {**os.environ, "OMP_NUM_THREADS": "1", "COLUMNS": "300", "PYTHONPATH": path}
             done = subprocess.run(
                 program, cwd=folder, env=environment, capture_output=True, text=True, check=False, timeout=300
             )

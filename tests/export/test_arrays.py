@@ -125,6 +125,7 @@ def test_a_file_for_each_posture(result: Result, tmp_path: Path) -> None:
     ("wanted", "said"),
     [
         (Wanted("excel"), "unknown export format 'excel'; expected one of fmu, mat, mjcf"),
+        (Wanted("npz", modes=1, band_hz=(50.0, 5.0)), "--band: 50 to 5 Hz"),
         (Wanted("fmu"), "compiled for each system"),
         (Wanted("uff", modes=3), "expected one of mat, npz, simscape, statespace"),
         (Wanted("mat", ["1,2"]), "6 angles in degrees"),

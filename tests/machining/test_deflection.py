@@ -182,6 +182,7 @@ def test_the_command_and_the_function_write_the_same(fit: Path, tmp_path: Path) 
         (Load(force="1,2,3", path=Path("p.csv")), "no force or several"),
         (Load(force="1,2"), "FX,FY,FZ in newtons"),
         (Load(depth_mm=1.0), "a cut that is not whole"),
+        (Load(tool=Path("t.yaml"), depth_mm=-1.0, feed_per_tooth_mm=0.1), "-1 mm and 0.1 mm"),
         (Load(force="1,2,3", node=9), "no point 9"),
         (Load(path=Path("p.csv"), posture="p1"), "which has its own"),
     ],

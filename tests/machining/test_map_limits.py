@@ -131,11 +131,14 @@ def test_a_workpiece_is_read() -> None:
         ({"limit": "deflection"}, "--force 100,0,-50"),
         ({"force": "1,2,3"}, "without `--limit`"),
         ({"workpiece": "1:2:3,0:1:2,1:1:1"}, "none or several"),
+        ({"postures": None, "grid": [(2, 0.0, 1.0, 2), (2, 5.0, 6.0, 2)]}, "joint 2 twice"),
+        ({"postures": None, "grid": [(2, 0.0, float("nan"), 2)]}, "from 0 to nan"),
+        ({"band_hz": (5.0, float("inf"))}, "--band: 5 to inf Hz"),
     ],
 )
 def test_a_limit_that_cannot_be_is_refused(
-    planar_fit: Path, table: Path, tmp_path: Path, options: dict[str, str], said: str
+    planar_fit: Path, table: Path, tmp_path: Path, options: dict[str, object], said: str
 ) -> None:
     with pytest.raises(InputError, match=said):
-        run_map(planar_fit, MapOptions(postures=table, **options), tmp_path / "x.h5", workers=1)  # type: ignore[arg-type]
+        run_map(planar_fit, MapOptions(**{"postures": table, **options}), tmp_path / "x.h5", workers=1)  # type: ignore[arg-type]
     assert not (tmp_path / "x.h5").exists()

@@ -168,6 +168,9 @@ def test_the_command_writes_sheet_study_and_result(fit: Path, tmp_path: Path) ->
     [
         (PlanOptions(impacts=9), r"--impacts: 9; expected from 1 to 6"),
         (PlanOptions(sensors=3), r"--sensors: 3; expected from 1 to 2"),
+        (PlanOptions(noise=-1.0), "--noise: -1; expected a number above 0"),
+        (PlanOptions(resolution=0.0), "--resolution: 0"),
+        (PlanOptions(force_noise=float("nan")), "--force-noise: nan"),
         (PlanOptions(target=("joint9.rz.stiffness",)), "no free parameter 'joint9.rz.stiffness'"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from pathlib import Path
 
 import mujoco
@@ -140,6 +141,27 @@ def test_a_mujoco_model_has_the_same_mass_matrix(tmp_path: Path) -> None:
     engine = Engine(at_posture(arm, posture))
     drives = [6 + AXES.index("rz"), 12 + AXES.index("rz")]
     assert engine.mass_matrix()[np.ix_(drives, drives)] == pytest.approx(expected, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("name", "mark", "encoding"),
+    [
+        ("utf-8", BOM_UTF8, "utf-8"),
+        ("iso-8859-1", b"", "iso-8859-1"),
+        ("utf-16", BOM_UTF16_LE, "utf-16-le"),
+        ("utf-16", BOM_UTF16_BE, "utf-16-be"),
+        ("", BOM_UTF16_LE, "utf-16-le"),
+        ("", b"", "utf-8"),
+    ],
+)
+def test_the_text_of_a_description_is_that_of_its_encoding(
+    tmp_path: Path, name: str, mark: bytes, encoding: str
+) -> None:
+    declaration = f'<?xml version="1.0" encoding="{name}"?>' if name else ""
+    path = tmp_path / "arm.urdf"
+    path.write_bytes(mark + f'{declaration}<robot name="Süd"/>'.encode(encoding))
+    text = read_source(path).text()
+    assert text.endswith('<robot name="Süd"/>') and text.count("UTF-8") == bool(name)
 
 
 def test_a_model_that_mujoco_refuses_is_refused_in_its_words(tmp_path: Path) -> None:

@@ -144,7 +144,7 @@ def spring_terms(
     stiffness and damping in the config.
     """
     k = spread(stiffness, inertia * (2 * np.pi * start_hz) ** 2, keys[0])
-    c = spread(damping, 2 * damping.damping_ratio * np.sqrt(k * inertia), keys[1])
+    c = spread(damping, 2 * damping.damping_ratio * np.sqrt(np.abs(k) * inertia), keys[1])
     terms = []
     for (name, unit, matrix), spring, damper in zip(places, k, c, strict=True):
         force, per, length = unit.partition("/")

@@ -28,6 +28,7 @@ from identify.motion.missing.noise import with_noise
 from identify.motion.problem import MotionProblem, load_motion
 from identify.motion.study import read_motion_study
 from identify.motion.trajectory_fit import MotionFit, with_missing
+from identify.results.file import check_alone
 from identify.results.motion import MotionResult
 
 
@@ -49,6 +50,7 @@ def run_motion_discover(
     study = path.with_suffix(".yaml")
     if config.resolve() == study.resolve():
         raise InputError(str(config), "would be overwritten by the new study", fix=ELSEWHERE)
+    check_alone(path, [study])
     with one_thread():
         problem, notes = with_noise(load_motion(file))
         asked = ("discover", *(() if time_s is None else (f"time {time_s}",)))
