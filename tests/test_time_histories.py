@@ -9,11 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.signal import lsim
+from typer.testing import CliRunner
 
+from identify.cli import app
 from identify.measured.uff.write import write_uff58
+from identify.setup.diagnosis import Looked
 from identify.vibration.run import run_fit
 from tests.model.effects.pendulum import PENDULUM
-from tests.programs import ran
 from tests.robot.random_arm import industrial_arm, write
 from tests.test_study import GOOD, POINTS, _frf_set
 
@@ -83,13 +85,17 @@ def test_stiffness_and_damping_from_hammer_records(more: str, pendulum: Path, tm
     assert 0.6 < result.gap < 1.8  # one FRF with strongly correlated lines: few independent values
 
 
-def test_checks_fail_with_exit_code_3_on_a_dead_channel(tmp_path: Path) -> None:
+def test_checks_fail_with_exit_code_3_on_a_dead_channel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Data of chance, of which no set-up is to be found."""
+    monkeypatch.setattr("identify.setup.check.look", lambda _: Looked(np.nan))
     write(tmp_path, industrial_arm(1))
     (tmp_path / "points.csv").write_text(POINTS)
     (tmp_path / "config.yaml").write_text(GOOD)
     data = _frf_set()
     data.frf[:, 4, 0] = 0.0
     write_uff58(tmp_path / "frf.uff", data)
-    done = ran("check", "config.yaml", cwd=tmp_path)
-    assert done.returncode == 3
+    done = CliRunner().invoke(app, ["check", str(tmp_path / "config.yaml")])
+    assert done.exit_code == 3
     assert "frf: fail Output 2:+Y is zero" in done.stdout

@@ -29,20 +29,16 @@ def bounded_step(curvature: Array, slope: Array, lower: Array, upper: Array) -> 
     Computation 63, 1994), which ends after a few exchanges or not at all.  Where some exchanges leave no
     fewer wrong ones, a primal active set (Nocedal and Wright, Numerical Optimization, 2006, section 16.5)
     goes on from there: held ones are let go one at a time, and each step ends at the first bound it meets.
-
-    Few are held: their multipliers are solved for by their block of the inverse, which is found once.
     """
     size = np.sqrt(np.diag(curvature))
-    inverse = np.linalg.inv(curvature / np.outer(size, size))
-    free, low, high = inverse @ (slope / size), lower * size, upper * size
-    side, change = np.zeros(len(slope), dtype=int), np.clip(free, low, high)
-    fewest, patience, tolerance = len(slope) + 1, _PATIENCE, 1e-9 * (1 + np.abs(slope / size))
+    scaled, pulled, low, high = curvature / np.outer(size, size), slope / size, lower * size, upper * size
+    side, change = np.zeros(len(slope), dtype=int), np.zeros(len(slope))
+    fewest, patience, tolerance = len(slope) + 1, _PATIENCE, 1e-9 * (1 + np.abs(pulled))
     for _ in range(_PASSES):
-        held = np.flatnonzero(side)
-        ends = np.where(side[held] < 0, low[held], high[held])
-        pull = np.linalg.solve(inverse[np.ix_(held, held)], ends - free[held])
-        aim = free + inverse[:, held] @ pull
-        aim[held] = ends
+        held, loose = np.flatnonzero(side), np.flatnonzero(side == 0)
+        aim, rows = np.where(side < 0, low, high), scaled[loose]
+        aim[loose] = np.linalg.solve(rows[:, loose], pulled[loose] - rows[:, held] @ aim[held])
+        pull = scaled[held] @ aim - pulled[held]
         leaving = np.where(aim < low, -1, np.where(aim > high, 1, 0))
         inward = held[side[held] * pull > tolerance[held]]
         wrong = int(np.count_nonzero(leaving)) + len(inward)

@@ -57,33 +57,50 @@ def _least(values: Complex, half: Mask, decay: float) -> Array:
     Denominators of half of the FRFs, and which window is best, come from the other half, so that nothing is
     fitted to the noise that is measured; where half is all, they are their own.
     """
-    halves = (half, ~half) if not half.all() else (half, half)
+    halves = ((half, ~half), (~half, half)) if not half.all() else ((half, half),)
+    projected = [_projected(values, *window) for window in _WINDOWS]
     found = np.zeros(values.shape)
-    for own, others in (halves, halves[::-1]):
-        tried = np.array([_tried(values, others, window, decay) for window in _WINDOWS])
+    for own, others in halves:
+        tried = np.array(
+            [
+                _tried(one, len(values), others, window, decay)
+                for one, window in zip(projected, _WINDOWS, strict=True)
+            ]
+        )
         size = np.mean(np.log(tried[:, :, others] + _FINEST**2), axis=2)
         found[:, own] = tried[np.argmin(size, axis=0), np.arange(len(values))][:, own]
     return found
 
 
-def _tried(values: Complex, chosen: Mask, window: tuple[int, int, int], decay: float) -> Array:
-    """(lines, FRFs): variance by windows of one kind with denominators of the chosen FRFs, at the ends of the
-    band that of the last whole one.
+def _powers(half: int, poles: int) -> Array:
+    """(lines of a window, poles + 1): powers of the distance from its centre."""
+    return np.asarray((np.arange(-half, half + 1) / half)[:, None] ** np.arange(poles + 1))
+
+
+def _projected(values: Complex, half: int, order: int, poles: int) -> Complex:
+    """(windows, rest, FRFs, poles + 1): what numerators leave of FRFs times each power."""
+    lines = np.lib.stride_tricks.sliding_window_view(values, 2 * half + 1, axis=0)
+    return np.asarray(
+        np.einsum("lr,lk,npl->nrpk", _beside(half, order), _powers(half, poles), lines, optimize=True)
+    )
+
+
+def _tried(projected: Complex, count: int, chosen: Mask, window: tuple[int, int, int], decay: float) -> Array:
+    """(count of lines, FRFs): variance by windows of one kind, `projected`, with denominators of the chosen
+    FRFs, at the ends of the band that of the last whole one.
     """
     half, order, poles = window
-    rest, powers = _beside(half, order), (np.arange(-half, half + 1) / half)[:, None] ** np.arange(poles + 1)
-    lines = np.lib.stride_tricks.sliding_window_view(values, 2 * half + 1, axis=0)
-    projected = np.einsum("lr,lk,npl->nrpk", rest, powers, lines, optimize=True)
-    used = projected[:, :, chosen].reshape(len(lines), -1, poles + 1)
+    rest, powers = _beside(half, order), _powers(half, poles)
+    used = projected[:, :, chosen].reshape(len(projected), -1, poles + 1)
     gram = used.conj().swapaxes(1, 2) @ used
     ridge = _RIDGE * np.trace(gram, axis1=1, axis2=2).real[:, None, None] * np.eye(poles) + _TINY
     solved = np.linalg.solve(gram[:, 1:, 1:] + ridge, -gram[:, 1:, :1])
-    whole = np.concatenate([np.ones((len(lines), 1, 1)), solved], axis=1)
+    whole = np.concatenate([np.ones((len(projected), 1, 1)), solved], axis=1)
     left = np.sum(np.abs(projected @ whole[:, None]) ** 2, axis=(1, 3))
     left /= _kept_of_noise(rest, (powers @ whole)[..., 0], decay)[:, None]
     if chosen.all():
         left *= rest.shape[1] / (rest.shape[1] - poles)
-    return np.asarray(left[np.clip(np.arange(len(values)) - half, 0, len(left) - 1)])
+    return np.asarray(left[np.clip(np.arange(count) - half, 0, len(left) - 1)])
 
 
 def _kept_of_noise(rest: Array, denominators: Complex, decay: float) -> Array:

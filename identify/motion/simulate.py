@@ -99,9 +99,10 @@ class Plant:
         """Forces (lanes, n) that hold the arm and its balancers at coordinates (lanes, n)."""
         zero, more = np.zeros_like(position), self.numbers["bodies.mass"]
         held = self.arm.inverse_dynamics(position, zero, zero)
-        for lane in np.flatnonzero(more.any(axis=1)):
-            with self.arm.heavier(more[lane]):
-                held[lane] = self.arm.inverse_dynamics(position[lane], zero[lane], zero[lane])
+        for row in np.unique(more[more.any(axis=1)], axis=0):  # most lanes share one, and a new load is dear
+            lanes = np.flatnonzero((more == row).all(axis=1))
+            with self.arm.heavier(row):
+                held[lanes] = self.arm.inverse_dynamics(position[lanes], zero[lanes], zero[lanes])
         return held - self.balance(position) if self.balanced else held
 
     @cached_property

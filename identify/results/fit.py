@@ -5,6 +5,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
@@ -74,7 +75,7 @@ class FrfComparison:
     frac: Annotated[Array, "pair"]
     area_error: Annotated[Array, "pair"]
 
-    @property
+    @cached_property
     def moved(self) -> Mask:
         """(pairs,): which of them the model moves."""
         return np.asarray(np.any(self.fitted, axis=0))

@@ -19,7 +19,7 @@ from identify.discovery.decimated import decimated
 from identify.discovery.loop import Discovery
 from identify.discovery.places.catalogue import with_misalignment
 from identify.discovery.places.curve import MeasuredCurve, measured_curve
-from identify.discovery.places.laws import rank_laws
+from identify.discovery.places.laws import LAWS, rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
@@ -45,10 +45,16 @@ def fitter(tmp_path_factory: pytest.TempPathFactory) -> PlaceFitter:
     return PlaceFitter(decimated(load_problem(read_study(config))))
 
 
-def _measured(fitter: PlaceFitter, joint: int, tmp_path: Path) -> tuple[MeasuredCurve, PlaceFit]:
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Problem:
+    """All lines of the same test."""
+    return load_problem(read_study(write_config(CASE, tmp_path_factory.mktemp("whole"))))
+
+
+def _measured(fitter: PlaceFitter, whole: Problem, joint: int) -> tuple[MeasuredCurve, PlaceFit]:
     place = Release((f"joint{joint}.rx", f"joint{joint}.ry"))
     [fit] = fitter.fit([Job(place, fitter.problem.initial)], 20)
-    model, whole = fitter.model(place), load_problem(read_study(write_config(CASE, tmp_path)))
+    model = fitter.model(place)
     assert isinstance(model, StructuralModel)
     assert fit is not None
     others = model_of(place, views_of(whole, "validate"))
@@ -56,21 +62,21 @@ def _measured(fitter: PlaceFitter, joint: int, tmp_path: Path) -> tuple[Measured
     return measured_curve(model, fit, Scale(fitter.problem.parameters), others), PlaceFit(place, fit)
 
 
-def test_postures_agree_where_the_place_is_right(fitter: PlaceFitter, tmp_path: Path) -> None:
+def test_postures_agree_where_the_place_is_right(fitter: PlaceFitter, whole: Problem) -> None:
     """Also the one that was not fitted; at the next joint none does."""
-    right, found = _measured(fitter, 2, tmp_path)
-    wrong, _ = _measured(fitter, 3, tmp_path)
+    right, found = _measured(fitter, whole, 2)
+    wrong, _ = _measured(fitter, whole, 3)
     assert found.fit.gap < 1.1
     assert len(right.agreement) == 3
     assert right.agreement.max() < 2
     assert wrong.agreement.min() > 3
 
 
-def test_the_law_of_a_spring_and_damper_is_seen(fitter: PlaceFitter, tmp_path: Path) -> None:
+def test_the_law_of_a_spring_and_damper_is_seen(fitter: PlaceFitter, whole: Problem) -> None:
     """Not that of hysteresis, whose imaginary part would not grow; the real part is the same at all
     frequencies within its band, and the band is not wide.
     """
-    curve, found = _measured(fitter, 2, tmp_path)
+    curve, found = _measured(fitter, whole, 2)
     model = fitter.model(found.place)
     assert isinstance(model, StructuralModel)
     ranked = rank_laws(
@@ -241,6 +247,7 @@ def test_every_effect_at_a_place_has_a_curve_there(
 ) -> None:
     """But a link that is not uniform, a load cell and a drive that relaxes: they bring their places along."""
     monkeypatch.setattr("identify.discovery.places.settled._STEPS", 0)
+    monkeypatch.setattr("identify.discovery.places.laws.LAWS", LAWS[:2])
     problem, measured = fitter.problem, dict[str, bool]()
     known = tuple(problem.file.study.effects)
     taken = {name for effect in known for name in effect.free_coordinates(problem.robot)}

@@ -46,13 +46,15 @@ def test_a_heavier_body_moves_as_one_that_is_described_so(tmp_path: Path, effect
     assert np.abs(light.torque - told.torque).max() > 1.0
 
 
-def test_one_lane_is_heavier_and_the_other_is_not(tmp_path: Path) -> None:
+def test_lanes_of_other_masses_move_as_each_alone(tmp_path: Path) -> None:
     free = {"mass": {"initial": 0.0, "bounds": [-0.5, 1.0], "joints": [2]}}
     problem, light = moved(tmp_path, arms.three_links(), bodies=free)
     assert [p.name for p in problem.parameters] == ["joint2.bodies.mass"]
-    both = problem.run(np.array([[0.0], [0.4]]), problem.records)
-    np.testing.assert_allclose(both.torque[0], light.torque[0], rtol=1e-9)
-    assert np.abs(both.torque[1] - light.torque[0]).max() > 1.0
+    together = problem.run(np.array([[0.0], [0.4], [0.2], [0.4]]), problem.records)
+    alone = [problem.run(np.array([[share]]), problem.records).torque[0] for share in (0.4, 0.2)]
+    for lane, torque in enumerate([light.torque[0], *alone, alone[0]]):
+        np.testing.assert_allclose(together.torque[lane], torque, rtol=1e-9)
+    assert np.abs(alone[1] - light.torque[0]).max() > 1.0
 
 
 @pytest.mark.parametrize("effects", [[], elastic()])
