@@ -17,12 +17,14 @@ from identify.core.parameters import Scale
 from identify.discovery.curves import curve_of, wanted
 from identify.discovery.decimated import decimated
 from identify.discovery.loop import Discovery
+from identify.discovery.places import curve
 from identify.discovery.places.catalogue import with_misalignment
 from identify.discovery.places.curve import MeasuredCurve, measured_curve
 from identify.discovery.places.laws import LAWS, rank_laws
 from identify.discovery.places.predict import StructuralModel, model_of
 from identify.discovery.places.screen import Job, PlaceFit, PlaceFitter
 from identify.discovery.places.views import views_of
+from identify.discovery.places.weighted import WeightedFit, weighted_fit
 from identify.discovery.task import Task, Trial
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.effects.place import Beside, Release
@@ -70,6 +72,23 @@ def test_postures_agree_where_the_place_is_right(fitter: PlaceFitter, whole: Pro
     assert len(right.agreement) == 3
     assert right.agreement.max() < 2
     assert wrong.agreement.min() > 3
+
+
+def test_a_line_of_which_nothing_is_known_has_no_band(
+    fitter: PlaceFitter, whole: Problem, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ended in "Eigenvalues did not converge"."""
+
+    def broken(*given: object) -> WeightedFit:
+        end = weighted_fit(*given)  # type: ignore[arg-type]
+        inverse = end.normal.inverse.copy()
+        inverse[0] = np.nan
+        return replace(end, normal=replace(end.normal, inverse=inverse))
+
+    monkeypatch.setattr(curve, "weighted_fit", broken)
+    pooled = _measured(fitter, whole, 2)[0].pooled
+    assert np.isnan(pooled.std_real).all(axis=1).sum() == 1
+    assert np.isfinite(pooled.std_real).all(axis=1).sum() == len(pooled.std_real) - 1
 
 
 def test_the_law_of_a_spring_and_damper_is_seen(fitter: PlaceFitter, whole: Problem) -> None:

@@ -96,13 +96,13 @@ def _entries(model: StructuralModel) -> tuple[str, ...]:
 
 def _drawn(covariance: Complex, fit: WeightedFit | None = None) -> Complex:
     """(draws, l, m): changes of A that the data leave open, with those that follow the known parameters of a
-    fit; the same draws for all lines.
+    fit; the same draws for all lines, NaN at those where nothing is known.
     """
-    rng = np.random.default_rng(0)
-    squares, directions = np.linalg.eigh(covariance)
+    rng, told = np.random.default_rng(0), np.isfinite(covariance).all(axis=(1, 2), keepdims=True)
+    squares, directions = np.linalg.eigh(np.where(told, covariance, 0.0))
     root = directions * np.sqrt(np.maximum(squares, 0.0))[:, None, :]
     normal = rng.normal(size=(_DRAWS, covariance.shape[1], 2)) @ np.array([1.0, 1j])
-    own = np.einsum("lmn,qn->qlm", root, normal)
+    own = np.where(told[..., 0], np.einsum("lmn,qn->qlm", root, normal), np.nan)
     if fit is None:
         return np.asarray(own)
     moved = rng.multivariate_normal(np.zeros(len(fit.known)), fit.known, _DRAWS, method="eigh")
