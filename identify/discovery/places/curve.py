@@ -98,7 +98,7 @@ def _drawn(covariance: Complex, fit: WeightedFit | None = None) -> Complex:
     """(draws, l, m): changes of A that the data leave open, with those that follow the known parameters of a
     fit; the same draws for all lines, NaN at those where nothing is known.
     """
-    rng, told = np.random.default_rng(0), np.isfinite(covariance).all(axis=(1, 2), keepdims=True)
+    rng, told = np.random.default_rng(0), np.asarray(np.isfinite(covariance).all(axis=(1, 2), keepdims=True))
     squares, directions = np.linalg.eigh(np.where(told, covariance, 0.0))
     root = directions * np.sqrt(np.maximum(squares, 0.0))[:, None, :]
     normal = rng.normal(size=(_DRAWS, covariance.shape[1], 2)) @ np.array([1.0, 1j])
