@@ -191,7 +191,7 @@ def test_the_fitted_posture_gives_the_modes_of_the_fit(model: Path) -> None:
         (MapOptions(), "none or several"),
         (MapOptions(grid=((9, 0.0, 1.0, 2),)), "a joint from 1 to 3"),
         (MapOptions(grid=((1, 0.0, 1.0, 2),), tool=77), "no point 77; expected one of 1, 2"),
-        (MapOptions(grid=((1, 0.0, 1.0, 2),), band_hz=(9.0, 2.0)), "the lower frequency first"),
+        (MapOptions(grid=((1, 0.0, 1.0, 2),), band_hz=(9.0, 2.0)), "two frequencies, the lower first"),
     ],
 )
 def test_what_cannot_be_mapped(

@@ -85,7 +85,10 @@ def test_friction_balancer_payload_and_ripple(tmp_path: Path) -> None:
     _holds(found, "joint3.stribeck-friction", "speed", 0.08, 0.25)
     _holds(found, "payload-mass", "mass", 12.0, 0.1)
     peak = 9000.0 * 0.2 * np.hypot(0.5, 0.25)
-    sine, cosine = (_value(found, "joint2.gravity-balancer", name)[0] for name in ("sine", "cosine"))
+    sine, cosine = (
+        _value(found, "joint2.gravity-balancer", name)[0]
+        for name in ("sine at the joint", "cosine at the joint")
+    )
     assert np.hypot(sine, cosine) == pytest.approx(peak, rel=0.05)
     # Noise that keeps 0.8 of its last value is 2.74 times what third differences of it say.
     assert found.gap == pytest.approx(np.full(3, 2.74), rel=0.2)
