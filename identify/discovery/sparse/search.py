@@ -176,7 +176,7 @@ def _complete(kept: Pruned) -> bool:
 
 def _begun(problem: Problem, story: Story) -> Found:
     """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way, and it leaves
-    less than half as much with links and fewer that give way: bearings stand for a link that bends.
+    less than half as much with links and no more give way: bearings stand for a link that bends.
     """
     story.doing("fitting with bearings that may give way")
     structure = _structure(problem)
@@ -188,7 +188,7 @@ def _begun(problem: Problem, story: Story) -> Found:
     left = 1 + _LEFT * (fit.gap**2 - 1)
     rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
     other = dense_fit(problem, structure, story.until, rival)
-    return other if other.gap**2 < left and _seen(other) < _seen(fit) else fit
+    return other if other.gap**2 < left and _seen(other) <= _seen(fit) else fit
 
 
 def _with_few(
