@@ -31,9 +31,8 @@ PRICE = 3.0
 _LONGEST = 1.5
 """Change of a logarithm, or of an error in its standard deviations, in one step at most."""
 _SETTLED, _OF_OPEN = 0.05, 3e-3
-"""Fall of the objective, in natural units of log odds, below which it is done, times the squared gap; where
-everything gives way, the share of what closing the gap would gain that is as little, if the step was foreseen
-well: what is missing gains far more than last steps.
+"""Fall of the objective, in natural units of log odds, below which it is done; share of what closing the gap
+would gain that is as little, where a step was foreseen well: what is missing gains far more than last steps.
 """
 _POOR = 0.25
 """Share of a foreseen fall below which a step was foreseen badly: then residuals bend."""
@@ -167,11 +166,8 @@ class Penalised:
         return point
 
     def _least(self, gap: float) -> float:
-        """The fall below which a fit is done.  Where few things give way, a valley may be long to what one of
-        them stands for.
-        """
-        opened = self.count * float(np.log(gap / CLOSED)) if self.unknowns.usual_compliance.any() else 0.0
-        return max(_SETTLED * gap**2, _OF_OPEN * opened)
+        """The fall below which a fit is done."""
+        return max(_SETTLED, _OF_OPEN * self.count * float(np.log(gap / CLOSED)))
 
     def _bend(self, x: Array, change: Array, local: Local) -> Array:
         """J'r'' (f,), with the second derivatives r'' of the residuals along a change (f,), but for unknowns
@@ -210,7 +206,7 @@ class Penalised:
             if fall > 0:
                 poor = fall < _POOR * foreseen
                 damping *= 0.2 if fall > 0.7 * foreseen else 3.0 if poor else 1.0
-                done = fall < (_SETTLED * scale if poor else self._least(local.gap))
+                done = fall < (_SETTLED if poor else self._least(local.gap))
                 return Point(there, max(damping, 1e-9), point.steps + 1, bool(done), here - fall, fall)
             damping, growth = damping * growth, 2 * growth
             if damping > _MOST_DAMPED:
