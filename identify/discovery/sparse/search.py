@@ -152,13 +152,8 @@ def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
 
 def _several(found: Found) -> bool:
     """Whether many give way a little."""
-    return _seen(found) > FEW
-
-
-def _seen(found: Found) -> int:
-    """How many units give way."""
     unknowns = found.unknowns
-    return sum(unknowns.moved(one, found.x, found.product) > SEEN for one in unknowns.units)
+    return sum(unknowns.moved(one, found.x, found.product) > SEEN for one in unknowns.units) > FEW
 
 
 def _complete(kept: Pruned) -> bool:
@@ -176,7 +171,7 @@ def _complete(kept: Pruned) -> bool:
 
 def _begun(problem: Problem, story: Story) -> Found:
     """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way, and it leaves
-    less than half as much with links and no more give way: bearings stand for a link that bends.
+    less than half as much with links: bearings stand for a link that bends.
     """
     story.doing("fitting with bearings that may give way")
     structure = _structure(problem)
@@ -188,7 +183,7 @@ def _begun(problem: Problem, story: Story) -> Found:
     left = 1 + _LEFT * (fit.gap**2 - 1)
     rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
     other = dense_fit(problem, structure, story.until, rival)
-    return other if other.gap**2 < left and _seen(other) <= _seen(fit) else fit
+    return other if other.gap**2 < left else fit
 
 
 def _with_few(
