@@ -9,8 +9,6 @@ from identify.core.arrays import Array
 _PASSES = 1000
 _PATIENCE = 3
 """Exchanges of all wrong ones that may leave as many wrong ones as before."""
-
-
 ASIDE = 0.1
 """How far along a step residuals are looked at to tell how they bend."""
 

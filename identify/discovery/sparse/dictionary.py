@@ -104,13 +104,16 @@ def candidates(problem: Problem, beside: Beside) -> list[Candidate]:
     fitted = [n for n, m in enumerate(measured) if any(one.target is m.target for one in sets)]
     found = list[Candidate]()
     for some, systems in _models(problem, _instances(problem)):
-        shapes = [_shapes(systems, problem, number) for number in range(-len(some), 0)]
+        every = [(effect, _shapes(systems, problem, n)) for n, effect in enumerate(some, -len(some))]
+        new = [(effect, shape) for effect, shape in every if not _there(shape, problem)]
+        if not new:
+            continue
+        shapes = [shape for _, shape in new]
         pairs = [(one, systems[n]) for one, n in zip(sets, fitted, strict=True)]
         parts = each(partial(_scored, shapes=shapes), pairs)
         scores = [_Score.of_all(own) for own in zip(*parts, strict=True)]
-        for effect, shape, left in zip(some, shapes, _left(scores, beside), strict=True):
-            if not _there(shape, problem):
-                found += _best(effect, shape, problem, left, beside)
+        for (effect, shape), left in zip(new, _left(scores, beside), strict=True):
+            found += _best(effect, shape, problem, left, beside)
     each_costs = price(beside.fit.count)
     return sorted(found, key=lambda one: each_costs * len(one.values) - one.gain)
 
@@ -186,9 +189,11 @@ class _Shape:
 
 
 def _there(shape: _Shape, problem: Problem) -> bool:
-    """Whether the model has one of its parameters, as a servo has the rotor of its joint."""
+    """Whether the model has one of its parameters, as a servo has the rotor of its joint, and one spring from
+    a link to the ground is another.
+    """
     known = {p.name for p in problem.measurements[0].system.parameters}
-    return any(p.name in known for p in shape.parameters)
+    return not known.isdisjoint(p.name for p in shape.parameters)
 
 
 def _shapes(systems: Sequence[System], problem: Problem, which: int) -> _Shape:

@@ -19,7 +19,6 @@ import numpy as np
 
 from identify.core.arrays import Array, Index, Mask
 from identify.core.bounded import ASIDE, aside, bounded_step
-from identify.core.threads import each
 from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares, FrfLeastSquaresObjective
@@ -98,12 +97,15 @@ class Penalised:
         values, numbers = self.unknowns.to_values(x), self.unknowns.free
         some = np.flatnonzero(np.ones(len(numbers), dtype=bool) if moving is None else moving)
         free, targets = numbers[some], by_lines(self.targets, len(some))
-        residuals = self._likelihood.residuals_of
-        pairs = each_set(lambda t: (t, rows_of(t, values, free, residuals)), targets)
+
+        def own(target: FrfTarget) -> tuple[Rows, Array]:
+            rows = rows_of(target, values, free, self._likelihood.residuals_of)
+            return rows, rows.product(free)
+
+        rows, parts = zip(*each_set(own, targets), strict=True)
         slope = np.where(self.unknowns.log, values[numbers], 1.0)[some]
         product, place = np.zeros((len(numbers) + 1,) * 2), np.append(some, len(numbers))
-        every = sum(each(lambda pair: pair[1].product(free), pairs))
-        product[np.ix_(place, place)] = every * np.outer(np.append(slope, 1.0), np.append(slope, 1.0))
+        product[np.ix_(place, place)] = sum(parts) * np.outer(np.append(slope, 1.0), np.append(slope, 1.0))
         gap = float(np.sqrt(max(product[-1, -1] / self.count, 1.0)))
         near = not self.logarithmic and self.price > 0
 
@@ -112,7 +114,8 @@ class Penalised:
 
         of_springs = np.where(self.alone, weights(np.sqrt(np.diag(product)[:-1]) * np.abs(x) / gap), 0.0)
         of_groups = weights(np.array([self.unknowns.moved(unit, x, product) / gap for unit in self.groups]))
-        return Local(product, gap, of_springs, of_groups, pairs, some, slope)
+        told = list(zip(targets, rows, strict=True))
+        return Local(product, gap, of_springs, of_groups, told, some, slope)
 
     def value(self, squares: float, x: Array, local: Local) -> float:
         """The objective at x, with the prices of the point that `local` is about."""

@@ -46,10 +46,8 @@ def trials(found: Found) -> Iterator[Trial]:
     beside = Beside.of(found.unknowns, found.x, found.product)
     for gain, effects in moved_mounts(found.study, found.effects, beside):
         yield Trial(gain, effects, {}, 3)
-    present = set(found.unknowns.names)
     for one in candidates(found.problem, beside):
-        if present.isdisjoint(one.values):  # two springs from one link to the ground are one
-            yield Trial(one.gain, (*found.effects, one.effect), one.values, len(one.values))
+        yield Trial(one.gain, (*found.effects, one.effect), one.values, len(one.values))
 
 
 def _linear(found: Found) -> Iterator[Trial]:

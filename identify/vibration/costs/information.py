@@ -93,7 +93,6 @@ def bend(told: Sequence[tuple[FrfTarget, Rows]], residuals: Residuals, sides: Ar
     """J'r'' (free,) of sets and what they say somewhere: how their residuals bend towards sides (2, unknowns)
     of it, one as far away as the other.
     """
-
     rows = dict(told)
 
     def own(target: FrfTarget) -> Array:
