@@ -23,9 +23,11 @@ from identify.discovery.task import FEW_STEPS, Option, Step, Task, Trial
 from identify.discovery.unnamed import left_open
 from identify.discovery.workers import Workers
 from identify.fitting.selection.workbench import Story
+from identify.model.effects.base import Effect
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.target import FrfTarget
-from identify.vibration.problem import Problem
+from identify.vibration.intervals import odds_over_ends
+from identify.vibration.problem import Problem, with_effects
 from identify.vibration.study import StudyFile
 
 _FOLLOWED = 6
@@ -102,15 +104,18 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
     those from the curvature on few lines are small, which are near the truth where they are large.
 
     The least supported first, until one of large odds holds; all of them where one depends on amplitude,
-    which the others may have compensated for before it was found.
+    which the others may have compensated for before it was found.  What the end of a link that bends may do
+    as well is no bearing.
     """
     every = any(one.effect.of_amplitude for one in state.added)
+    told = (replace(one, evidence=min(one.evidence, _at_most(state, one.effect))) for one in state.added)
+    state = replace(state, added=tuple(told))
     for one in sorted(state.added, key=lambda one: one.evidence):
         if len(state.added) == 1 or story.late:
             break
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
-        odds = -likelier(state, model)
+        odds = min(-likelier(state, model), _at_most(state, one.effect))
         if odds < CONVINCING:
             story.say(f"Not confirmed: {one.effect.sentence()}.")
             state = State(state.problem, model, tuple(other for other in state.added if other != one))
@@ -120,6 +125,12 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
         elif not every:
             break
     return state
+
+
+def _at_most(state: State, effect: Effect) -> float:
+    """Log odds at most of an effect of the state over what is no effect."""
+    model = with_effects(state.problem, state.effects, state.model.values)
+    return odds_over_ends(model, model.initial, effect)
 
 
 def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]:

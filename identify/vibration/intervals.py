@@ -17,7 +17,8 @@ do, so that no data tell it from their own compliance.
 A hinge of compliance c at the end of a link, about the axis of a spring k of the joint there, makes of it
 k / (1 + c k), and takes twice that share off its damper.  A beam has no such hinge, and a link of castings,
 flanges and housings has one that nobody knows: its compliance is a share of the link's own, L / EI, whose
-standard deviation is stated (`flexible_links.ends`).  Beside that spring it changes no prediction.
+standard deviation is stated (`flexible_links.ends`).  Beside that spring it changes no prediction, and
+where there is none, it is what a bearing would be called that gives way there.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from identify.core.arrays import Array, Index
 from identify.core.parameters import Scale
 from identify.fitting.objective import Objective
 from identify.fitting.uncertainty import Uncertainty, propagated_uncertainty, with_more
+from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.system import System
 from identify.robot.description import Robot
@@ -109,16 +111,29 @@ def left_open(problem: Problem, values: Array) -> Array:
     """(parameters,): the standard deviation of the logarithm of each parameter that the ends of links leave;
     none of what is fitted on another scale.
     """
-    settings = problem.file.study.uncertainty or FORMS_ALONE
-    share, parameters = settings.std("flexible_links", "ends"), problem.of_effects
+    parameters = problem.of_effects
     value_of = {p.name: value for p, value in zip(parameters, values[: problem.size].tolist(), strict=True)}
     variance = dict.fromkeys(value_of, 0.0)
-    for coordinate, compliance in _hinges(problem.robot, problem.measurements[0].system, values):
+    for coordinate, hinge in _hinges(problem, values).items():
         stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
         for what, times in _OF.items():
             if f"{coordinate}.{what}" in variance:
-                variance[f"{coordinate}.{what}"] += (times * share * compliance * stiffness) ** 2
+                variance[f"{coordinate}.{what}"] += (times * hinge * stiffness) ** 2
     return np.sqrt([variance[p.name] if p.log else 0.0 for p in parameters])
+
+
+def odds_over_ends(problem: Problem, values: Array, effect: Effect) -> float:
+    """Log odds at most of an effect of a problem, at values (unknowns,), over a link that bends and has a
+    hinge at its end that does as much; infinite where none could.
+    """
+    system, hinges = problem.measurements[0].system, _hinges(problem, values)
+    names = effect.free_coordinates(problem.robot)
+    if not names or not set(names) <= set(hinges):
+        return np.inf
+    own = next(numbers for one, numbers in system.effects if one == effect)
+    compliance = np.diag(_compliance(system, names, own, values))
+    std = np.array([hinges[name] for name in names])
+    return float(0.5 * np.sum((compliance / np.maximum(std, 1e-300)) ** 2))
 
 
 def _compliance(system: System, names: Sequence[str], own: Index, values: Array) -> Array:
@@ -133,25 +148,38 @@ def _compliance(system: System, names: Sequence[str], own: Index, values: Array)
     return np.asarray((springs.at(values)[0][mine] * motions) @ motions.T)
 
 
-def _hinges(robot: Robot, system: System, values: Array) -> Iterator[tuple[str, float]]:
+def _hinges(problem: Problem, values: Array) -> dict[str, float]:
+    """Of each rotation of a joint at an end of a link that bends the standard deviation of the compliance
+    that the link's end may have about its axis, rad/(N m).
+    """
+    settings = problem.file.study.uncertainty or FORMS_ALONE
+    share, found = settings.std("flexible_links", "ends"), dict[str, float]()
+    robot, system = problem.robot, problem.measurements[0].system
+    for effect, own in system.effects:
+        if isinstance(effect, LinkFlexibility):
+            for coordinate, compliance in _of_link(robot, system, effect, own, values):
+                found[coordinate] = float(np.hypot(found.get(coordinate, 0.0), share * compliance))
+    return found
+
+
+def _of_link(
+    robot: Robot, system: System, effect: LinkFlexibility, own: Index, values: Array
+) -> Iterator[tuple[str, float]]:
     """Each rotation of a joint at an end of a link that bends, and the whole link's compliance about its
-    axis.
+    axis; nothing of a link that was taken off for the test.
     """
     site = system.site
-    for effect, own in system.effects:
-        if not isinstance(effect, LinkFlexibility):
-            continue
-        names = [name for name in effect.free_coordinates(robot) if name in system.coordinates]
-        if not names:  # taken off for the test
-            continue
-        ends = names[-4], names[-2], names[-1]  # the two slopes and the twist of the end
-        whole = np.diag(_compliance(system, names, own, values))[[-4, -2, -1]]
-        number = effect.number(robot)
-        turns = site.jacobian(robot.links[number + 1].name, np.zeros(3), "effects")[3:]
-        about = turns[:, [site.number(name) for name in ends]]
-        for joint in (number, number + 1):
-            for axis in _TURNS:
-                coordinate = f"joint{joint}.{axis}"
-                if coordinate in system.coordinates:
-                    axes = about.T @ turns[:, site.number(coordinate)]
-                    yield coordinate, float(axes**2 @ whole)
+    names = [name for name in effect.free_coordinates(robot) if name in system.coordinates]
+    if not names:
+        return
+    ends = names[-4], names[-2], names[-1]  # the two slopes and the twist of the end
+    whole = np.diag(_compliance(system, names, own, values))[[-4, -2, -1]]
+    number = effect.number(robot)
+    turns = site.jacobian(robot.links[number + 1].name, np.zeros(3), "effects")[3:]
+    about = turns[:, [site.number(name) for name in ends]]
+    for joint in (number, number + 1):
+        for axis in _TURNS:
+            coordinate = f"joint{joint}.{axis}"
+            if coordinate in system.coordinates:
+                axes = about.T @ turns[:, site.number(coordinate)]
+                yield coordinate, float(axes**2 @ whole)

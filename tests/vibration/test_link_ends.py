@@ -12,9 +12,10 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import SIGMAS_95
 from identify.fitting.uncertainty import Uncertainty
 from identify.measured.finding import STUDY
+from identify.model.effects.base import parse_effect
 from identify.vibration.check import run_checks
-from identify.vibration.intervals import left_open, with_left_open
-from identify.vibration.problem import Problem, load_problem, with_uncertainty
+from identify.vibration.intervals import left_open, odds_over_ends, with_left_open
+from identify.vibration.problem import Problem, load_problem, with_effects, with_uncertainty
 from identify.vibration.study import read_study
 from identify.vibration.uncertainty import fitted_information, uncertainty
 
@@ -135,3 +136,22 @@ def test_a_link_by_compliance_leaves_as_much_open(tmp_path: Path, bends: Problem
     assert found["joint2.rz.stiffness"] == pytest.approx(expected["joint2.rz.stiffness"], rel=1e-6)
     rigid = np.where([p.name.endswith(".compliance") for p in soft.parameters], 0.0, values)
     assert not left_open(soft, rigid).any()
+
+
+def test_a_bearing_at_such_an_end_has_no_more_odds_than_the_end_allows(bends: Problem) -> None:
+    """Half the squares of what it gives way, in standard deviations of what the link's end may do."""
+    tilt = parse_effect({"kind": "joint-compliance", "joints": [2], "axes": ["rx"]})
+    own = {p.name: value for p, value in zip(bends.parameters, bends.initial, strict=True)}
+    joints, [link] = bends.robot.joints, [one for one in bends.robot.links if one.name == "link2"]
+    length = np.linalg.norm(joints[bends.robot.links.index(link)].origin[:3, 3])
+    std = 0.05 * length / own["link2.bending_1.stiffness"]
+    found = {}
+    for times in (1.0, 4.0):
+        own["joint2.rx.stiffness"] = 1 / (times * std)
+        model = with_effects(bends, [*bends.file.study.effects, tilt], own)
+        found[times] = odds_over_ends(model, model.initial, tilt)
+    assert found[4.0] == pytest.approx(16 * found[1.0])
+    assert 0.05 < found[1.0] < 5, "of bending and torsion, by where the axis lies"
+    elsewhere = parse_effect({"kind": "joint-compliance", "joints": [5], "axes": ["rx"]})
+    model = with_effects(bends, [*bends.file.study.effects, elsewhere], own)
+    assert odds_over_ends(model, model.initial, elsewhere) == np.inf

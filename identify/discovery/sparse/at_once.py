@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from identify.core.text import listed
-from identify.core.thresholds import CLOSED, MATERIAL
+from identify.core.thresholds import MATERIAL
 from identify.discovery.decimated import decimated, without_amplitude
 from identify.discovery.evidence import closed
 from identify.discovery.sparse.evidence import believable
@@ -72,7 +72,7 @@ def _pays(workers: Workers, state: State) -> bool:
 def _explained(state: State, story: Story) -> list[Any]:
     """What the dense fits say, as JSON has it."""
     unseen = partial(_unseen, state.problem, state) if state.problem.validated else None
-    found = explain(_thin(state), story, unseen, doubted=state.model.gap < CLOSED)
+    found = explain(_thin(state), story, unseen)
     named = [
         {
             "effect": one.effect.model_dump(mode="json"),

@@ -83,7 +83,7 @@ class Penalised:
         self._likelihood, self.targets = FrfLeastSquaresObjective(cost, targets), targets.frf
         self.count = unknowns.count
         single = unknowns.springs & ~unknowns.coupled
-        self.alone = single & (unknowns.usual_compliance == 0)
+        self.alone = single & ~unknowns.with_prior
         self.groups = [unit for unit in unknowns.units if unit.priced and not single[unit.amplitudes].all()]
 
     def squares(self, x: Array) -> float:

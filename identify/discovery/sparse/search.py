@@ -71,18 +71,15 @@ class Explained:
     problem: Problem
 
 
-def explain(
-    problem: Problem, story: Story | None = None, unseen: Unseen | None = None, *, doubted: bool = False
-) -> Explained:
+def explain(problem: Problem, story: Story | None = None, unseen: Unseen | None = None) -> Explained:
     """What is missing from the model of a problem (few lines suffice).
 
-    unseen: the gap of a problem's effects and values on data that are not fitted; doubted: whether something
-    is looked for even where the gap on the fitted data leaves nothing open.
+    unseen: the gap of a problem's effects and values on data that are not fitted.
     """
     story = story or Story()
     stated = bool(problem.nuisances.entries)  # masses may be off by what was stated
     bending = problem if stated else with_uncertainty(problem, FORMS_ALONE)
-    told = _with_few(problem, bending, story, unseen, doubted=doubted)
+    told = _with_few(problem, bending, story, unseen)
     likeliest = _likeliest(told, unseen)
     if likeliest is None or not (story.late or likeliest.simple or _complete(likeliest)):
         closed = any(one.closed for one in told)
@@ -125,13 +122,13 @@ def promising(problem: Problem, values: Mapping[str, float]) -> bool:
     return any(gain > count * MATERIAL + found.price * size for gain, size in gains)
 
 
-def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: bool) -> list[Found]:
+def _beside_bearings(fit: Found, bending: Problem, story: Story) -> list[Found]:
     """The fit with what bearings do not stand for as long as something pays; once a link bends, with forms of
     links uncertain.
     """
     others = list[Found]()
     for _ in range(_MOST_ENTERED):
-        [more, *rest] = _further(fit, story, 1, doubted=doubted)
+        [more, *rest] = _further(fit, story, 1)
         if more is fit:
             break
         fit, others = more, rest
@@ -141,13 +138,15 @@ def _beside_bearings(fit: Found, bending: Problem, story: Story, *, doubted: boo
 
 
 def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
-    """The fit with what no spring stands for in two rounds; where links bend by parts, gone on with their
-    forms uncertain in the second.
+    """The fit with what explains the rest and no spring stands for, in two rounds; where links bend by parts,
+    gone on with their forms uncertain in the second.
     """
-    fits = _further(fit, story, 1)
-    if _open(fits) and any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
+    fits = _further(fit, story, 1, alone=True)
+    if fits[0] is fit or not _open(fits):
+        return fits
+    if any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
         return [gone_on(replace(fits[0], study=bending), fits[0].effects, {}, STEPS)]
-    return _further(fits[0], story, 1) if _open(fits) else fits
+    return _further(fits[0], story, 1, alone=True)
 
 
 def _several(found: Found) -> bool:
@@ -191,21 +190,18 @@ def _with_few(
     bending: Problem,
     story: Story,
     unseen: Unseen | None,
-    *,
-    doubted: bool,
 ) -> list[Pruned]:
     """What is missing where few springs give way, or many stand for one thing; else nothing: many hide each
     other on the way from rigid.
     """
     fit = _begun(problem, story)
-    if any(isinstance(one, LinkFlexibility) for one in fit.effects):
-        fits = _beside_links(fit, bending, story)
-    elif _several(fit) and not story.late:
-        fits = _further(fit, story, 1, alone=True)
-        if _open(fits) or fits[0] is fit:
+    bends = any(isinstance(one, LinkFlexibility) for one in fit.effects)
+    if (bends or _several(fit)) and not story.late:
+        fits = _beside_links(fit, bending, story) if bends else _further(fit, story, 1, alone=True)
+        if _open(fits) or (fits[0] is fit and not bends):
             return []
     else:
-        fits = _beside_bearings(fit, bending, story, doubted=doubted)
+        fits = _beside_bearings(fit, bending, story)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
     models = [(one, _aligned(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
     again = [one for one, model in models if _may_stand_for_others(one, model, fit.effects)]
@@ -287,22 +283,20 @@ def _open(fits: Sequence[Found]) -> bool:
     return min(fits, key=_objective).gap >= CLOSED
 
 
-def _further(
-    found: Found, story: Story, most: int = _MOST_ENTERED, *, doubted: bool = False, alone: bool = False
-) -> list[Found]:
+def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, alone: bool = False) -> list[Found]:
     """The fit with what the springs have no amplitude for, as long as each pays for its parameters: the
     instruments or the bodies all at once, drives that relax, links that bend by parts, and all that the
     dictionary has, one by one; beside it what else closed the gap in the last round.  Where nothing is open,
-    many that give way may still stand for a link that bends.  alone: only what is foreseen to explain all of
-    the gap, of which first order sees half at least.
+    only what would lower the gap by more than estimators get wrong.  alone: only what is foreseen to explain
+    all of the gap, of which first order sees half at least.
     """
     others, shares = list[Found](), dict[str, float]()
     if found.gap < CLOSED and not believable(found.problem, found.values):
         found = settled(found, STEPS)  # errors of a fit that has not ended say nothing
     for _ in range(most):
         believed = believable(found.problem, found.values)
-        closed = found.gap < CLOSED and believed and not doubted
-        if story.late or (closed and (found.whole or not _several(found))):
+        closed = found.gap < CLOSED and believed
+        if story.late or (closed and found.gap < 1 + MATERIAL):
             break
         more = _one_further(found, story, shares, believed=believed, closed=closed, alone=alone)
         if more is None:
@@ -321,13 +315,13 @@ def _one_further(
     alone: bool,
 ) -> tuple[Found, list[Found]] | None:
     """The fit with the likeliest of what it lacks, and what else closes the gap; None where nothing pays;
-    believed: whether its errors are; closed: whether links that bend are all that it may lack; alone: as
-    `_further` has it; shares: as `_tried` does.
+    believed: whether its errors are; closed: whether they leave nothing open; alone: as `_further` has it;
+    shares: as `_tried` does.
     """
     story.doing("scoring what else may be missing")
-    every = () if closed else trials(found)
-    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in every]
-    worth = _worth(found, likely, found.left / _CLEARLY if alone else 0.0)
+    likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials(found)]
+    least = found.unknowns.count * MATERIAL if closed else found.left / _CLEARLY if alone else 0.0
+    worth = _worth(found, likely, least)
     story.doing("fitting the likeliest of it")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
@@ -339,8 +333,7 @@ def _one_further(
     likeliest = max(fitted, key=_odds)
     best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
-    least = found.unknowns.count * MATERIAL if closed else 0.0
-    if best.marginal - found.marginal < price_of_it + least:
+    if best.marginal - found.marginal < price_of_it + (least if closed else 0.0):
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")

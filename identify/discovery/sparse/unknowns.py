@@ -168,6 +168,11 @@ class Unknowns:
         return np.isin(self.free, own)
 
     @cached_property
+    def with_prior(self) -> Mask:
+        """(f,): of what something is known before any data, which is not priced once more."""
+        return np.array([self.problem.parameters[n].prior_std > 0 for n in self.free], dtype=bool)
+
+    @cached_property
     def usual_compliance(self) -> Array:
         """(f,): of bearings, base and mounts that may be missing, what is usual, where that is known; zero
         else.

@@ -181,11 +181,11 @@ def test_what_a_closed_gap_hides_is_looked_for_where_it_pays(hammered: Hammered)
         fit = dense_fit(problem, bearing)
         assert promising(problem, fit.values)
         assert not promising(right, dense_fit(right, bearing).values)
-        [alone] = _further(fit, Story(), 1)
-        [more] = _further(fit, Story(), 1, doubted=True)
+        [more] = _further(fit, Story(), 1)
+        [as_it_is] = _further(dense_fit(right, bearing), Story(), 1)
     assert fit.gap < 1.1
-    assert alone.effects == bearing
-    assert [one.kind for one in alone.new(more.effects)] == ["appended-resonator"]
+    assert [one.kind for one in fit.new(more.effects)] == ["appended-resonator"]
+    assert as_it_is.effects == bearing
 
 
 def _noisier(measurement: Any, times: float) -> Any:
