@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -38,6 +39,7 @@ from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
+from identify.discovery.sparse.spring_places import at_frames, displaced, located
 from identify.discovery.sparse.trials import Trial, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -218,17 +220,23 @@ def _with_few(
 
 def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
     """The fit without units that have no evidence.  Where that explains the data, axes of bearings that stay
-    are turned, and what only stood for that goes: none is softest exactly along those of its joint's frame.
+    are turned and moved, and what only stood for that goes: none is softest exactly along the axes of its
+    joint's frame, nor acts exactly there.
     """
     model = pruned(found, story.say, unseen)
-    if not model.closed or story.late:
-        return model
-    pays = PAYS * model.found.price
-    coupled = [pair for gain, [pair] in couplings(model.found) if gain > pays]
-    if not coupled:
-        return model
-    effects = exchanged(model.found.effects, coupled)
-    return max(model, pruned(gone_on(model.found, effects, {}), story.say, unseen), key=_evidence)
+    for others in (at_frames, _turned, partial(displaced, least=PAYS * found.price)):
+        if model.closed and not story.late:
+            again = [pruned(one, story.say, unseen) for one in others(model.found)]
+            model = max([model, *again], key=_evidence)
+    return model
+
+
+def _turned(found: Found) -> Iterator[Found]:
+    """The fit with all bearings coupled for which that pays."""
+    pays = PAYS * found.price
+    coupled = [pair for gain, [pair] in couplings(found) if gain > pays]
+    if coupled:
+        yield gone_on(found, exchanged(found.effects, coupled), {})
 
 
 def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
@@ -337,7 +345,7 @@ def _one_further(
     if not fitted:
         return None
     likeliest = max(fitted, key=_odds)
-    best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+    best = located(settled(likeliest, STEPS), found)  # what a fit lacks that has not ended is no effect
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
     least = found.unknowns.count * MATERIAL if closed else 0.0
     if best.marginal - found.marginal < price_of_it + least:

@@ -13,8 +13,8 @@ import pytest
 from identify.core.arrays import Array, Complex
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import Beside
-from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.objective import Penalised
+from identify.discovery.sparse.spring_places import moved_springs
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.model.effects.base import Effect
 from identify.model.effects.mount_compliance import MountCompliance
@@ -75,7 +75,7 @@ def test_steps_lead_to_where_the_mount_is(tmp_path: Path, place: tuple[float, fl
         unknowns = Unknowns(model, len(study.file.study.effects))
         x = unknowns.to_x(_values(model))
         product = Penalised(unknowns, price=0.0).local(x).product
-        [(gain, effects)] = moved_mounts(study, effects, Beside.of(unknowns, x, product))
+        [(gain, effects, _)] = moved_springs(study, effects, Beside.of(unknowns, x, product))
         assert gain >= 0
     assert effects[0].at_m == pytest.approx(place, abs=2e-3)  # type: ignore[attr-defined]
 
