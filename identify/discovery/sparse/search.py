@@ -6,7 +6,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
@@ -57,7 +56,7 @@ _GLANCED, _SETTLED = 4, 3
 _CLEARLY = 2.0
 """Times what is foreseen of another: first order foresees half at least of what large effects gain."""
 _LEFT = 0.5
-"""Share of what bearings leave that links leave where some bend."""
+"""Share of what bearings leave that links leave where some bend, or the same where one acts elsewhere."""
 _FAR = 3 * CLOSED
 """Gap from which a fit with links as stated is not pruned."""
 
@@ -172,20 +171,36 @@ def _complete(kept: Pruned) -> bool:
 
 
 def _begun(problem: Problem, story: Story) -> Found:
-    """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way, and it leaves
-    less than half as much with links: bearings stand for a link that bends.
+    """The fit from rigid bearings, base and mounts.  Where many give way, they may stand for one that acts
+    elsewhere along its joint's axis, or for a link that bends: the fit is gone on with what leaves less than
+    half as much.
     """
     story.doing("fitting with bearings that may give way")
     structure = _structure(problem)
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
-    fit = dense_fit(problem, bearings, story.until)
+    fit = _where_it_acts(dense_fit(problem, bearings, story.until))
     if story.late or not (_several(fit) and _open([fit])):
         return fit
     story.doing("fitting with links that may give way, too")
-    left = 1 + _LEFT * (fit.gap**2 - 1)
+    left = _half_of(fit)
     rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
     other = dense_fit(problem, structure, story.until, rival)
     return other if other.gap**2 < left else fit
+
+
+def _where_it_acts(fit: Found) -> Found:
+    """The fit with one bearing after the other where it acts, as long as each leaves less than half."""
+    while _several(fit) and _open([fit]):
+        moved = next(_displaced(fit), fit)
+        if moved.gap**2 >= _half_of(fit):
+            break
+        fit = moved
+    return fit
+
+
+def _half_of(fit: Found) -> float:
+    """Square of the gap that leaves half as much."""
+    return 1 + _LEFT * (fit.gap**2 - 1)
 
 
 def _with_few(
@@ -224,7 +239,7 @@ def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
     joint's frame, nor acts exactly there.
     """
     model = pruned(found, story.say, unseen)
-    for others in (at_frames, _turned, partial(displaced, least=PAYS * found.price)):
+    for others in (at_frames, _turned, _displaced):
         if model.closed and not story.late:
             again = [pruned(one, story.say, unseen) for one in others(model.found)]
             model = max([model, *again], key=_evidence)
@@ -237,6 +252,11 @@ def _turned(found: Found) -> Iterator[Found]:
     coupled = [pair for gain, [pair] in couplings(found) if gain > pays]
     if coupled:
         yield gone_on(found, exchanged(found.effects, coupled), {})
+
+
+def _displaced(found: Found) -> Iterator[Found]:
+    """The fit with each of its bearings and mounts elsewhere for which that pays."""
+    return map(located, displaced(found, PAYS * found.price))
 
 
 def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
@@ -345,7 +365,7 @@ def _one_further(
     if not fitted:
         return None
     likeliest = max(fitted, key=_odds)
-    best = located(settled(likeliest, STEPS), found)  # what a fit lacks that has not ended is no effect
+    best = located(settled(likeliest, STEPS))  # what a fit lacks that has not ended is no effect
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
     least = found.unknowns.count * MATERIAL if closed else 0.0
     if best.marginal - found.marginal < price_of_it + least:

@@ -11,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from identify.core.arrays import Array, Complex
-from identify.core.thresholds import CLOSED
 from identify.discovery.sparse.dense import exchanged, with_more
 from identify.discovery.sparse.dictionary import About, Beside
-from identify.discovery.sparse.fit import Found, afresh, gone_on
+from identify.discovery.sparse.fit import Found, gone_on
 from identify.model.effects.base import Effect
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.mount_compliance import MountCompliance
@@ -60,44 +59,38 @@ def moved_springs(
             yield gain, one.at(effects, np.round(one.place + step, 4)), len(step)
 
 
-def located(found: Found, before: Found) -> Found:
-    """The fit with springs that have a place of their own at the likeliest one, by some steps.  Where one is
-    new, and something is open, the fit is begun afresh, too: all else may have given way to stand for that.
-    """
-    found = _stepped(found)
-    new = any(one.own and before.new(one.springs) for one in _placed(found.study, found.effects))
-    if not new or found.gap < CLOSED or found.whole or found.late:
-        return found
-    return min(found, _stepped(afresh(found, found.objective)), key=lambda one: one.objective)
-
-
-def _stepped(found: Found) -> Found:
+def located(found: Found) -> Found:
+    """The fit with springs that have a place of their own at the likeliest one, by some steps."""
     for _ in range(_STEPS):
         if found.late or not any(one.own for one in _placed(found.study, found.effects)):
             break
-        beside = Beside.of(found.unknowns, found.x, found.product)
-        moves = moved_springs(found.study, found.effects, beside, own=True)
-        gain, effects, _ = max(moves, key=lambda one: one[0], default=(0.0, found.effects, 0))
-        further = gone_on(found, effects, {}) if gain > _SETTLED and found.new(effects) else found
+        further = next(displaced(found, _SETTLED, own=True), found)
         if further.objective >= found.objective:
             break
         found = further
     return found
 
 
-def displaced(found: Found, least: float) -> Iterator[Found]:
-    """The fit gone on with each bearing and mount at a likelier place where that gains so much at least."""
+def displaced(found: Found, least: float, *, own: bool = False) -> Iterator[Found]:
+    """The fit gone on with each bearing and mount at a likelier place where that gains so much at least, the
+    likeliest first; own: as `moved_springs` has it.
+    """
     beside = Beside.of(found.unknowns, found.x, found.product)
-    for gain, effects, _ in moved_springs(found.study, found.effects, beside):
-        if gain > least:
-            yield _stepped(gone_on(found, effects, {}))
+    moves = moved_springs(found.study, found.effects, beside, own=own)
+    for gain, effects, _ in sorted(moves, key=lambda one: -one[0]):
+        if gain > least and found.new(effects):
+            yield gone_on(found, effects, {})
 
 
 def at_frames(found: Found) -> Iterator[Found]:
-    """The fit gone on with each bearing that has a place of its own at the frame of its joint."""
+    """The fit gone on with each bearing that has a place of its own at the frame of its joint, where it is as
+    likely there.
+    """
     for one in _placed(found.study, found.effects):
         if one.own and len(one.place) == 1:
-            yield gone_on(found, one.at(found.effects, np.zeros(1)), {})
+            back = gone_on(found, one.at(found.effects, np.zeros(1)), {})
+            if back.log_evidence > found.log_evidence:
+                yield back
 
 
 def _placed(study: Problem, effects: Sequence[Effect]) -> Iterator[_Placed]:
