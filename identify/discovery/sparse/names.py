@@ -71,7 +71,7 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return BaseCompliance(**more), found
     if body.startswith("payload"):
         return effect.model_copy(update={**more, "shrink": False, "compliance_std": None}), found
-    at = getattr(effect, "at_m", None)
+    at = effect.at_m if isinstance(effect, JointCompliance) and kind == "tilt" else None
     return JointCompliance(joints=[int(body.removeprefix("joint"))], at_m=at, **more), found
 
 

@@ -62,9 +62,7 @@ def moved_springs(
 def located(found: Found) -> Found:
     """The fit with springs that have a place of their own at the likeliest one, by some steps."""
     for _ in range(_STEPS):
-        if found.late or not any(one.own for one in _placed(found.study, found.effects)):
-            break
-        further = next(displaced(found, _SETTLED, own=True), found)
+        further = found if found.late else next(displaced(found, _SETTLED, own=True), found)
         if further.objective >= found.objective:
             break
         found = further
@@ -75,6 +73,8 @@ def displaced(found: Found, least: float, *, own: bool = False) -> Iterator[Foun
     """The fit gone on with each bearing and mount at a likelier place where that gains so much at least, the
     likeliest first; own: as `moved_springs` has it.
     """
+    if not any(one.own or not own for one in _placed(found.study, found.effects)):
+        return
     beside = Beside.of(found.unknowns, found.x, found.product)
     moves = moved_springs(found.study, found.effects, beside, own=own)
     for gain, effects, _ in sorted(moves, key=lambda one: -one[0]):
@@ -94,11 +94,10 @@ def at_frames(found: Found) -> Iterator[Found]:
 
 
 def _placed(study: Problem, effects: Sequence[Effect]) -> Iterator[_Placed]:
-    """Of every bearing and mount, but for bearings of which the study says where they are."""
-    known = [
-        one for one in study.file.study.effects if isinstance(one, JointCompliance) and one.at_m is not None
-    ]
-    stated = {name.partition(".")[0] for one in known for name in one.free_coordinates(study.robot)}
+    """Of every bearing and mount, but for those of which the study says where they are."""
+    known = (one for one in study.file.study.effects if isinstance(one, JointCompliance | MountCompliance))
+    names = [one.free_coordinates(study.robot) for one in known if one.at_m is not None]
+    stated = {name.partition(".")[0] for some in names for name in some}
     bodies = dict[str, list[JointCompliance | MountCompliance]]()
     for one in effects:
         if isinstance(one, JointCompliance | MountCompliance):

@@ -1,4 +1,4 @@
-"""A payload's soft mount is moved to where it is."""
+"""A payload's soft mount and the springs of a bearing are moved to where they act."""
 
 from __future__ import annotations
 
@@ -11,20 +11,29 @@ import numpy as np
 import pytest
 
 from identify.core.arrays import Array, Complex
+from identify.core.threads import one_thread
+from identify.discovery.decimated import decimated
+from identify.discovery.records import timed
 from identify.discovery.sparse.dense import with_more
 from identify.discovery.sparse.dictionary import Beside
+from identify.discovery.sparse.evidence import PAYS
+from identify.discovery.sparse.fit import dense_fit, gone_on
 from identify.discovery.sparse.objective import Penalised
-from identify.discovery.sparse.spring_places import moved_springs
+from identify.discovery.sparse.search import explain
+from identify.discovery.sparse.spring_places import at_frames, displaced, located, moved_springs
 from identify.discovery.sparse.unknowns import Unknowns
-from identify.model.effects.base import Effect
+from identify.model.effects.base import Effect, parse_effect
+from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.mount_compliance import MountCompliance
 from identify.vibration.all_springs import usual_springs
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
+from tests.generator.cases import hide
 from tests.generator.generate import generate
 from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
+from tests.robots_otherwise import Described, with_other_frames
 
 PAYLOAD = {
     "link": "link6",
@@ -84,3 +93,62 @@ def _reading(measurement: Any, frf: Complex) -> Any:
     data = replace(measurement.target.data, frf=frf)
     given = replace(measurement.given, data=data)
     return replace(measurement, given=given, target=replace(measurement.target, data=data))
+
+
+def _hammered(folder: Path, case: str, along_m: float, make: str = "large") -> Problem:
+    """A test with something hidden, two postures fitted, of an arm whose frames are moved along its axes."""
+    arm = MAKES[make](5).at_points([5, 9, 12, 14])
+    spec = TestSpec(arm, seed=5, postures=2, averages=2, binary=True, oversampling=4, linear=True)
+    generate(replace(hide(spec, case), case="test"), folder / "test")
+    robot, points = folder / "test" / "robot.urdf", folder / "test" / "points.csv"
+    one = Described.of(robot.read_text(), points.read_text(), [])
+    with_other_frames(lambda axis: 0 * axis, along_m)(one)
+    for path, text in zip((robot, points), one.texts(), strict=True):
+        path.write_text(text, encoding="utf-8")
+    return decimated(timed(load_problem(read_study(config_of(folder / "test", folder)))))
+
+
+@pytest.mark.parametrize(
+    ("make", "case", "along_m", "wanted"),
+    [
+        ("compact", "tilt_j2", 0.1, {"tilt compliance of joint 2 (rx, ry), -0.100 m along its axis"}),
+        ("large", "tilt_j3", -0.06, {"tilt compliance of joint 3 (rx, ry), 0.060 m along its axis"}),
+        ("large", "tilt_j3", 0.0, {"tilt compliance of joint 3 (rx, ry)"}),
+        ("large", "base_rocking", 0.1, {"compliance of the base (rx, ry)"}),
+        ("large", "none", 0.1, set()),
+    ],
+)
+def test_a_bearing_is_named_where_it_acts(
+    tmp_path: Path, make: str, case: str, along_m: float, wanted: set[str]
+) -> None:
+    """And nothing else, wherever the frames of joints are; the place is in the new study."""
+    with one_thread():
+        named = explain(_hammered(tmp_path, case, along_m, make)).named
+    assert {one.effect.sentence() for one in named} == wanted
+    for one in named:
+        assert parse_effect(one.effect.model_dump(mode="json")) == one.effect
+        if along_m and isinstance(one.effect, JointCompliance):
+            assert one.effect.at_m == pytest.approx(-along_m, abs=2e-3)
+
+
+def test_a_place_that_nothing_asks_for_goes(tmp_path: Path) -> None:
+    """Also one that stood for something else, once that is there."""
+    study = _hammered(tmp_path, "tilt_j3", 0.0)
+    tilt = JointCompliance(joints=[3], axes=["rx", "ry"], shrink=True)
+    found = dense_fit(study, (tilt,))
+    elsewhere = gone_on(found, (tilt.model_copy(update={"at_m": 0.001}),), {})
+    assert elsewhere.unknowns.size == found.unknowns.size + 1
+    [back] = at_frames(elsewhere)
+    assert back.effects == (tilt,)
+    assert not list(at_frames(back))
+    assert not list(displaced(back, PAYS * back.price))
+    far = gone_on(found, (tilt.model_copy(update={"at_m": 0.15}),), {})
+    assert located(far).effects[0].at_m == pytest.approx(0.0, abs=2e-3)  # type: ignore[attr-defined]
+
+
+def test_a_place_that_the_study_states_stays(tmp_path: Path) -> None:
+    study = _hammered(tmp_path, "tilt_j3", 0.1)
+    stated = JointCompliance(joints=[3], axes=["tx"], at_m=0.05)
+    study = with_effects(study, [*study.file.study.effects, stated], {})
+    tilt = JointCompliance(joints=[3], axes=["rx", "ry"], shrink=True)
+    assert not list(displaced(dense_fit(study, (tilt,)), 0.0))
