@@ -194,11 +194,11 @@ def build_site(
     own = mechanism.coordinates
     _check_once([one.name for one in kept if one.name not in own])
     names = (*own, *(one.name for one in kept if one.name not in own))
-    shapes = _shapes(mechanism, names, kept, gone)
+    shapes, lifts = _shapes(mechanism, names, kept, gone)
     deformations = {names.index(one.name): (one.link, one.deformation) for one in kept if one.deformation}
     mass = shapes.T @ engine.mass_matrix() @ shapes
     there = {node: point for node, point in (points or {}).items() if point.link not in gone}
-    site = Site(engine, names, shapes, mass, deformations, there, frozenset(gone), reference)
+    site = Site(engine, names, shapes, lifts, mass, deformations, there, frozenset(gone), reference)
     return replace(site, mass=np.sum([mass, *_consistent_masses(robot, site, effects, again)], axis=0))
 
 
@@ -208,11 +208,20 @@ def _added(robot: Robot, mechanism: Mechanism, effects: Sequence[Effect]) -> tup
     for number, effect in enumerate(effects):
         with errors_of(effect, number):
             brought = effect.added_coordinates(robot, mechanism)
+        _check_one_place(number, effect, brought, added)
         if brought and all(one in added for one in brought):
             again.add(number)
         else:
             added += brought
     return added, again
+
+
+def _check_one_place(number: int, effect: Effect, brought: Sequence[Added], added: Sequence[Added]) -> None:
+    """InputError where the springs of a bearing act at two places."""
+    places = {one.name: one for one in added if one.lifts}
+    if any(places.get(one.name, one) != one for one in brought if one.lifts):
+        found = f"{effect.sentence()}, elsewhere than in an effect above"
+        raise InputError(f"effects.{number}.at_m", found, "one place of the springs of a joint")
 
 
 def _check_once(names: Sequence[str]) -> None:
@@ -221,14 +230,20 @@ def _check_once(names: Sequence[str]) -> None:
             raise InputError("effects", f"two effects bring {name}", "one with all its axes", "merge them")
 
 
-def _shapes(mechanism: Mechanism, names: Sequence[str], kept: Sequence[Added], gone: set[str]) -> Array:
-    """Motion of the engine's coordinates per coordinate, of which its own are the first."""
+def _shapes(
+    mechanism: Mechanism, names: Sequence[str], kept: Sequence[Added], gone: set[str]
+) -> tuple[Array, Array]:
+    """Motion of the engine's coordinates per coordinate, of which its own are the first, and its second
+    derivatives.
+    """
     shapes = np.eye(len(mechanism.coordinates), len(names))
+    lifts = np.zeros(shapes.shape)
     for one in kept:
-        for name, amount in one.engine.items():
-            if name not in gone:
-                shapes[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
-    return shapes
+        for matrix, moved in ((shapes, one.engine), (lifts, one.lifts)):
+            for name, amount in moved.items():
+                if name not in gone:
+                    matrix[mechanism.coordinate(name, "effects"), names.index(one.name)] = amount
+    return shapes, lifts
 
 
 def _gone(robot: Robot, tested: Robot) -> set[str]:

@@ -71,7 +71,8 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return BaseCompliance(**more), found
     if body.startswith("payload"):
         return effect.model_copy(update={**more, "shrink": False, "compliance_std": None}), found
-    return JointCompliance(joints=[int(body.removeprefix("joint"))], **more), found
+    at = effect.at_m if isinstance(effect, JointCompliance) and kind == "tilt" else None
+    return JointCompliance(joints=[int(body.removeprefix("joint"))], at_m=at, **more), found
 
 
 def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:

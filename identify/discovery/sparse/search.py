@@ -38,6 +38,7 @@ from identify.discovery.sparse.named import named
 from identify.discovery.sparse.names import Named
 from identify.discovery.sparse.prune import FEW, SEEN, Pruned, Unseen, pruned
 from identify.discovery.sparse.quadratic import Quadratic
+from identify.discovery.sparse.spring_places import at_frames, displaced, located
 from identify.discovery.sparse.trials import Trial, trials
 from identify.fitting.selection.workbench import Story
 from identify.model.effects.added_mass import AddedMass
@@ -55,7 +56,7 @@ _GLANCED, _SETTLED = 4, 3
 _CLEARLY = 2.0
 """Times what is foreseen of another: first order foresees half at least of what large effects gain."""
 _LEFT = 0.5
-"""Share of what bearings leave that links leave where some bend."""
+"""Share of what bearings leave that links leave where some bend, or the same where one acts elsewhere."""
 _FAR = 3 * CLOSED
 """Gap from which a fit with links as stated is not pruned."""
 
@@ -169,20 +170,36 @@ def _complete(kept: Pruned) -> bool:
 
 
 def _begun(problem: Problem, story: Story) -> Found:
-    """The fit from rigid bearings, base and mounts; from rigid links, too, where many give way, and it leaves
-    less than half as much with links: bearings stand for a link that bends.
+    """The fit from rigid bearings, base and mounts.  Where many give way, they may stand for one that acts
+    elsewhere along its joint's axis, or for a link that bends: the fit is gone on with what leaves less than
+    half as much.
     """
     story.doing("fitting with bearings that may give way")
     structure = _structure(problem)
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
-    fit = dense_fit(problem, bearings, story.until)
+    fit = _where_it_acts(dense_fit(problem, bearings, story.until))
     if story.late or not (_several(fit) and _open([fit])):
         return fit
     story.doing("fitting with links that may give way, too")
-    left = 1 + _LEFT * (fit.gap**2 - 1)
+    left = _half_of(fit)
     rival = fit.objective + 0.5 * fit.unknowns.count * np.log(left / fit.gap**2)
     other = dense_fit(problem, structure, story.until, rival)
     return other if other.gap**2 < left else fit
+
+
+def _where_it_acts(fit: Found) -> Found:
+    """The fit with one bearing after the other where it acts, as long as each leaves less than half."""
+    while _several(fit) and _open([fit]):
+        moved = next(_displaced(fit), fit)
+        if moved.gap**2 >= _half_of(fit):
+            break
+        fit = moved
+    return fit
+
+
+def _half_of(fit: Found) -> float:
+    """Square of the gap that leaves half as much."""
+    return 1 + _LEFT * (fit.gap**2 - 1)
 
 
 def _with_few(
@@ -214,17 +231,28 @@ def _with_few(
 
 def _aligned(found: Found, story: Story, unseen: Unseen | None) -> Pruned:
     """The fit without units that have no evidence.  Where that explains the data, axes of bearings that stay
-    are turned, and what only stood for that goes: none is softest exactly along those of its joint's frame.
+    are turned and moved, and what only stood for that goes: none is softest exactly along the axes of its
+    joint's frame, nor acts exactly there.
     """
     model = pruned(found, story.say, unseen)
-    if not model.closed or story.late:
-        return model
-    pays = PAYS * model.found.price
-    coupled = [pair for gain, [pair] in couplings(model.found) if gain > pays]
-    if not coupled:
-        return model
-    effects = exchanged(model.found.effects, coupled)
-    return max(model, pruned(gone_on(model.found, effects, {}), story.say, unseen), key=_evidence)
+    for others in (at_frames, _turned, _displaced):
+        if model.closed and not story.late:
+            again = [pruned(one, story.say, unseen) for one in others(model.found)]
+            model = max([model, *again], key=_evidence)
+    return model
+
+
+def _turned(found: Found) -> Iterator[Found]:
+    """The fit with all bearings coupled for which that pays."""
+    pays = PAYS * found.price
+    coupled = [pair for gain, [pair] in couplings(found) if gain > pays]
+    if coupled:
+        yield gone_on(found, exchanged(found.effects, coupled), {})
+
+
+def _displaced(found: Found) -> Iterator[Found]:
+    """The fit with each of its bearings and mounts elsewhere for which that pays."""
+    return map(located, displaced(found, PAYS * found.price))
 
 
 def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, ...]) -> bool:
@@ -331,7 +359,7 @@ def _one_further(
     if not fitted:
         return None
     likeliest = max(fitted, key=_odds)
-    best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+    best = located(settled(likeliest, STEPS))  # what a fit lacks that has not ended is no effect
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
     if best.marginal - found.marginal < price_of_it + (least if closed else 0.0):
         return None

@@ -17,9 +17,9 @@ from identify.discovery.sparse.dense import (
 )
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.fit import Found
-from identify.discovery.sparse.mounts import moved_mounts
 from identify.discovery.sparse.prune import SEEN
 from identify.discovery.sparse.quadratic import Quadratic
+from identify.discovery.sparse.spring_places import moved_springs
 from identify.discovery.sparse.unknowns import Unit
 from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
@@ -44,8 +44,8 @@ def trials(found: Found) -> Iterator[Trial]:
         yield Trial(_foreseen(found, effects, values), effects, values, len(values))
     yield from _coupled(found)
     beside = Beside.of(found.unknowns, found.x, found.product)
-    for gain, effects in moved_mounts(found.study, found.effects, beside):
-        yield Trial(gain, effects, {}, 3)
+    for gain, effects, size in moved_springs(found.study, found.effects, beside):
+        yield Trial(gain, effects, {}, size)
     for one in candidates(found.problem, beside):
         yield Trial(one.gain, (*found.effects, one.effect), one.values, len(one.values))
 

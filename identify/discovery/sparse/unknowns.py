@@ -100,12 +100,16 @@ class Unknowns:
 
     @cached_property
     def size(self) -> float:
-        """How many parameters all of them are, but for nuisance parameters."""
-        return float(self.counts[~self.nuisances].sum())
+        """How many parameters all of them are, but for nuisance parameters, and settings that were found."""
+        return float(self.counts[~self.nuisances].sum()) + self._settings
 
     def size_at(self, x: Array) -> float:
         """The same without compliances that are absent at x (f,)."""
-        return float(self.counted(x)[~self.nuisances].sum())
+        return float(self.counted(x)[~self.nuisances].sum()) + self._settings
+
+    @cached_property
+    def _settings(self) -> int:
+        return sum(one.settings_found for one in self.problem.file.study.effects[self.known :])
 
     @cached_property
     def coupled(self) -> Mask:

@@ -27,20 +27,23 @@ class Added:
     link: the link it belongs to; it is gone where that link was taken off for a test. engine: the engine's
     coordinates that follow it, and how far each; those of links taken off do not count. deformation:
     displacement and rotation (6,) of a point (3,), m, of the link, all in the link's axes, where the link
-    itself deforms.
+    itself deforms.  lifts: second derivatives of the engine's coordinates, which the weight of what moves
+    feels.
     """
 
     name: str
     link: str
     engine: Mapping[str, float] = field(default_factory=dict)
     deformation: Deformation | None = None
+    lifts: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Site:
     """A mechanism with every coordinate by name.
 
-    shapes (engine coordinates, n): motion of the engine's coordinates per coordinate; deformations: the link
+    shapes (engine coordinates, n): motion of the engine's coordinates per coordinate, lifts (engine
+    coordinates, n): second derivatives by each coordinate; deformations: the link
     that a coordinate, by its number, deforms, and how; mass (n, n): the mass matrix before any parameter;
     points: the measurement points by node. Where links were detached for the test, the names of their
     coordinates and frames are in `detached`: they contribute nothing. first: the whole robot at the first
@@ -50,6 +53,7 @@ class Site:
     engine: Engine
     coordinates: tuple[str, ...]
     shapes: Array
+    lifts: Array
     mass: Array = field(repr=False)
     deformations: Mapping[int, tuple[str, Deformation]] = field(default_factory=dict)
     points: Mapping[int, Point] = field(default_factory=dict)
@@ -107,7 +111,8 @@ class Site:
         """K_g (n, n): derivative of the generalised gravity forces of everything that has a weight without a
         parameter.
         """
-        return np.asarray(self.shapes.T @ self.engine.gravity_stiffness() @ self.shapes)
+        own = self.shapes.T @ self.engine.gravity_stiffness() @ self.shapes
+        return np.asarray(own + np.diag(self.engine.gravity_forces() @ self.lifts))
 
     def jacobian(self, frame: str, point: Array, where: str) -> Array:
         """(6, n): motion of a point (3,) of a frame, in the frame's axes, per coordinate."""
@@ -144,4 +149,6 @@ class Site:
         """
         if frame in self.detached:
             return np.zeros((len(self.coordinates),) * 2)
-        return self.shapes.T @ self.engine.weight_stiffness(frame, point, where) @ self.shapes
+        own = self.shapes.T @ self.engine.weight_stiffness(frame, point, where) @ self.shapes
+        held = -self.gravity(frame) @ self.engine.jacobian(frame, point, where)[:3]
+        return np.asarray(own + np.diag(held @ self.lifts))
