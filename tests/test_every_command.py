@@ -57,7 +57,11 @@ MOTION = [name for name, path in CONFIGS.items() if "schema: identify-motion/1" 
 SAME = {"kobe_36dof_defaults"}
 """Those with another cost and optimizer than kobe_36dof, of which modes and plans know nothing."""
 BRIEF: dict[str, tuple[float, str, dict[str, Any]]] = {
-    "kobe_circle": (0.27, "path", {"turns": 1, "feed_mm_min": 8000, "radius_mm": 2, "start_s": 0.02}),
+    "kobe_circle": (
+        0.12,
+        "path",
+        {"turns": 1, "feed_mm_min": 8000, "radius_mm": 1, "start_s": 0.0, "acceleration_mm_s2": 4000},
+    ),
     "nagoya_two_link": (1.0, "moves", {"by_deg": 4}),
     "nagoya_two_link_frf": (2.0, "excitation", {}),
 }
