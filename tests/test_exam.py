@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.benchmarks.exam import Kept
-
-TESTS = Path(__file__).parent
 
 
 def report(when: Any, outcome: Any, seconds: float) -> pytest.TestReport:
@@ -30,11 +27,3 @@ def test_the_worst_of_a_test_is_kept(outcomes: tuple[str, ...], told: str) -> No
     for when, outcome in zip(("setup", "call", "teardown"), outcomes, strict=False):
         kept.pytest_runtest_logreport(report(when, outcome, 1.5))
     assert kept.tests == {"one": {"outcome": told, "seconds": 1.5 * len(outcomes)}}
-
-
-def test_an_exam_has_a_quick_test_beside_it() -> None:
-    """No file whose tests are all left out of the suite."""
-    for path in TESTS.rglob("test_*.py"):
-        text = path.read_text(encoding="utf-8")
-        if "mark.exam" in text and path != Path(__file__):
-            assert text.count("\ndef test_") > text.count("mark.exam"), path.name
