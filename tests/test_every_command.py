@@ -57,7 +57,7 @@ MOTION = [name for name, path in CONFIGS.items() if "schema: identify-motion/1" 
 SAME = {"kobe_36dof_defaults"}
 """Those with another cost and optimizer than kobe_36dof, of which modes and plans know nothing."""
 VARIANTS = {*SAME, "fast_chirp_rx160_formula", "fast_chirp_rx160_xy"}
-"""Those with the robot and data of another: only a check and a fit of them are in the suite."""
+"""Those with the robot and data of another: only a check of them is in the suite."""
 BRIEF: dict[str, tuple[float, str, dict[str, Any]]] = {
     "kobe_circle": (
         0.12,
@@ -167,7 +167,7 @@ def test_the_table_has_every_study_of_every_command() -> None:
 
 def _marked(command: str, name: str, *row: Any) -> Any:
     """As parameters of a test: long ones that tell little more are exams."""
-    exam = name in VARIANTS and command not in ("check", "fit")
+    exam = name in VARIANTS and command != "check"
     marks = [pytest.mark.exam] if exam else []
     return pytest.param(command, name, *row, marks=marks, id=f"{command} {name}")
 
