@@ -7,13 +7,17 @@ UV := $(BIN)/python -m uv
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: demo test release lowest docs browser screenshots lint format bench lock clean
+.PHONY: demo test exam release lowest docs browser screenshots lint format bench lock clean
 
 demo:
 	$(MADE) dev.py demo
 
 test:
 	$(MADE) dev.py test
+
+# Long tests that the suite leaves out, with what they found in tests/benchmarks/results/exam.json.
+exam:
+	$(MADE) dev.py exam
 
 # Wheel and sdist in dist/, each tried in a bare environment.
 release:

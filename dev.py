@@ -1,4 +1,4 @@
-"""The recipe for every system: `python dev.py demo`, `test`, `release` or `ready`; make calls it too.
+"""The recipe for every system: `python dev.py demo`, `test`, `exam`, `release` or `ready`; make calls it too.
 
 It needs Python 3.11 or newer and nothing else; on Windows, `py dev.py demo`.
 """
@@ -80,6 +80,12 @@ def test() -> None:
     run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
 
 
+def exam() -> None:
+    """The long tests that `test` leaves out; what they found is in tests/benchmarks/results/exam.json."""
+    ready()
+    run("python", "-m", "tests.benchmarks.exam", "-n", "logical")
+
+
 def release() -> None:
     """Build wheel and sdist into dist/, and fit the example with each, installed in a bare environment."""
     ready()
@@ -114,7 +120,7 @@ def lowest() -> None:
         sys.exit("the lowest versions do not work: raise the bound of what fails in pyproject.toml")
 
 
-RECIPES = {"ready": ready, "demo": demo, "test": test, "release": release, "lowest": lowest}
+RECIPES = {"ready": ready, "demo": demo, "test": test, "exam": exam, "release": release, "lowest": lowest}
 
 
 def main(words: list[str]) -> None:

@@ -30,18 +30,23 @@ if "PYTEST_XDIST_WORKER" in os.environ:
 
 
 _LONG = (
-    *("test_every_command.py", "test_kinds.py", "test_contract.py", "test_optimizers.py", "test_borders.py"),
-    *("test_house.py", "test_mistakes.py"),
+    *("test_every_command.py", "test_discover.py", "test_missing.py", "test_kinds.py", "test_at_once.py"),
+    *("test_registration.py", "test_cli.py", "test_beside_springs.py", "test_bodies.py", "test_explain.py"),
+    *("test_hypotheses.py", "test_nonlinear.py", "test_near_lanes.py", "test_kills.py", "test_batch.py"),
+    *("test_stated_uncertainty.py", "test_decide.py", "test_optimizers.py", "test_borders.py"),
+    *("test_contract.py", "test_house.py", "test_mistakes.py"),
 )
+"""Names of files that take long, or have many tests that do, the longest first."""
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Long files first, because one at the end keeps other processes waiting: files of few tests, which are
-    the long ones, but for some.
+    """Long files first, because one at the end keeps other processes waiting: those of the list, then files
+    of few tests, which are longer than others.
     """
     tests = Counter(item.path for item in items)
-    items.sort(key=lambda item: 0 if item.path.name in _LONG else tests[item.path])
+    first = {name: number - len(_LONG) for number, name in enumerate(_LONG)}
+    items.sort(key=lambda item: (first.get(item.path.name, 0), tests[item.path], str(item.path)))
 
 
 def pytest_collection_finish() -> None:

@@ -179,7 +179,7 @@ SHORTER = {
 """What is asked for less of; beside more noise the gap is none of which a set-up is searched whole."""
 
 
-@pytest.mark.parametrize("name", ["fit", "modes", "journey"])
+@pytest.mark.parametrize("name", ["fit", "modes", pytest.param("journey", marks=pytest.mark.exam)])
 def test_notebooks_run(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "docs" / "notebooks"
     folder.mkdir(parents=True)

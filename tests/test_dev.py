@@ -48,7 +48,7 @@ def test_other_words_are_answered_with_the_recipes(words: list[str]) -> None:
         [sys.executable, str(ROOT / "dev.py"), *words], check=False, capture_output=True, text=True
     )
     assert ran.returncode == 1
-    assert "usage: python dev.py ready | demo | test | release" in ran.stderr
+    assert "usage: python dev.py ready | demo | test | exam | release" in ran.stderr
 
 
 def test_an_old_python_is_told_so(dev: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:

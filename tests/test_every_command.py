@@ -56,8 +56,14 @@ VIBRATION = [name for name, path in CONFIGS.items() if "\nschema: identify/1" in
 MOTION = [name for name, path in CONFIGS.items() if "schema: identify-motion/1" in path.read_text()]
 SAME = {"kobe_36dof_defaults"}
 """Those with another cost and optimizer than kobe_36dof, of which modes and plans know nothing."""
+VARIANTS = {*SAME, "fast_chirp_rx160_formula", "fast_chirp_rx160_xy"}
+"""Those with the robot and data of another: only a check of them is in the suite."""
 BRIEF: dict[str, tuple[float, str, dict[str, Any]]] = {
-    "kobe_circle": (0.27, "path", {"turns": 1, "feed_mm_min": 8000, "radius_mm": 2, "start_s": 0.02}),
+    "kobe_circle": (
+        0.12,
+        "path",
+        {"turns": 1, "feed_mm_min": 8000, "radius_mm": 1, "start_s": 0.0, "acceleration_mm_s2": 4000},
+    ),
     "nagoya_two_link": (1.0, "moves", {"by_deg": 4}),
     "nagoya_two_link_frf": (2.0, "excitation", {}),
 }
@@ -159,9 +165,14 @@ def test_the_table_has_every_study_of_every_command() -> None:
         assert {(command, name) for command in commands | {"check"}} <= told
 
 
-@pytest.mark.parametrize(
-    ("command", "name", "code", "last", "options"), ROWS, ids=[f"{row[0]} {row[1]}" for row in ROWS]
-)
+def _marked(command: str, name: str, *row: Any) -> Any:
+    """As parameters of a test: long ones that tell little more are exams."""
+    exam = name in VARIANTS and command != "check"
+    marks = [pytest.mark.exam] if exam else []
+    return pytest.param(command, name, *row, marks=marks, id=f"{command} {name}")
+
+
+@pytest.mark.parametrize(("command", "name", "code", "last", "options"), [_marked(*row) for row in ROWS])
 def test_a_command_ends_as_it_should(
     command: str, name: str, code: int, last: str, options: list[str], tmp_path: Path
 ) -> None:
@@ -176,7 +187,10 @@ def test_a_command_ends_as_it_should(
 
 @pytest.mark.parametrize(
     ("command", "name"),
-    [*(("discover", name) for name in VIBRATION if name not in NO_FRF), ("explain", "kuka_kr300")],
+    [
+        *(_marked("discover", name) for name in VIBRATION if name not in NO_FRF),
+        _marked("explain", "kuka_kr300"),
+    ],
 )
 def test_a_search_begins_and_is_interrupted(command: str, name: str, tmp_path: Path) -> None:
     if name in SHARED and not (ROOT.parent / "shared").exists():

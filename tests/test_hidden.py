@@ -13,7 +13,9 @@ from identify.vibration.run import run_fit
 from tests.hidden import truth, write_config
 
 
-@pytest.mark.parametrize(("case", "guess"), [("none_101", 1), ("none_102", None)])
+@pytest.mark.parametrize(
+    ("case", "guess"), [("none_101", 1), pytest.param("none_102", None, marks=pytest.mark.exam)]
+)
 def test_null_cases_from_any_first_guess(case: str, guess: int | None, tmp_path: Path) -> None:
     """The whole set of 20 guesses per case is in tests/benchmarks/first_guess.py."""
     known = truth(case)
@@ -35,7 +37,7 @@ def test_null_cases_from_any_first_guess(case: str, guess: int | None, tmp_path:
     assert not result.notes
 
 
-@pytest.mark.parametrize("case", ["delay_101", "tilt_j2_101"])
+@pytest.mark.parametrize("case", [pytest.param("delay_101", marks=pytest.mark.exam), "tilt_j2_101"])
 def test_a_missing_effect_is_never_quiet(case: str, tmp_path: Path) -> None:
     """Data with something that the model lacks must not give a tight interval around a wrong stiffness
     without a warning.

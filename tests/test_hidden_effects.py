@@ -8,8 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from identify.discovery.new_config import config_text
 from identify.discovery.run import run_discover
 from identify.fitting.selection.workbench import Story
+from identify.model.effects.link_flexibility import LinkFlexibility
+from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.hidden import fitted, truth, write_config
@@ -60,6 +63,19 @@ def test_a_beam_stands_for_a_chain_of_segments(tmp_path: Path) -> None:
         assert after - 1 < 0.15 * (before - 1)
 
 
+def test_a_form_that_was_fitted_along_is_in_the_new_study(tmp_path: Path) -> None:
+    file = read_study(write_config("link2_flex_101", tmp_path))
+    searched = file.model_copy(update={"study": file.study.model_copy(update={"uncertainty": FORMS_ALONE})})
+    found = (LinkFlexibility(link="link2", nonuniform=True), "found")
+    text = config_text(searched, [found], {}, tmp_path)
+    assert "its form was fitted along" in text
+    (tmp_path / "new.yaml").write_text(text)
+    again = load_problem(read_study(tmp_path / "new.yaml"))
+    assert again.nuisances.entries
+    assert {one.group for one in again.nuisances.entries} == {"form"}
+
+
+@pytest.mark.exam
 def test_the_form_of_a_chain_of_segments_is_fitted_along(tmp_path: Path) -> None:
     """No beam is quite a link, and the new study says so; four of the fourteen sensors show it."""
     config = write_config("link2_flex_101", tmp_path, extra="starts: 1")

@@ -162,10 +162,11 @@ def test_a_wrong_model_is_said_to_be_structured_and_noise_is_not(tmp_path: Path)
     assert any("without structure" in note for note in notes)
 
 
-def test_coverage_on_independent_hammer_tests(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", [6, pytest.param(24, marks=pytest.mark.exam)])
+def test_coverage_on_independent_hammer_tests(seeds: int, tmp_path: Path) -> None:
     """A short version of tests/benchmarks/coverage.py, whose 200 seeds are in the README."""
     test = Repeated(seed=3, postures=1, oversampling=8)
-    found = covered(test, study(test, tmp_path), 12)
+    found = covered(test, study(test, tmp_path), seeds)
     assert 0.88 <= found.hits.mean() <= 1.0
     scatter = np.log(found.ratios).std(axis=0)
     assert 0.7 < np.median(found.stated.mean(axis=0) / scatter) < 1.5

@@ -109,11 +109,12 @@ def test_noise_alone_has_no_tone() -> None:
     assert quiet.tones == ()
 
 
-def test_intervals_are_as_wide_as_the_scatter_over_records(found: OperationalModes) -> None:
+@pytest.mark.parametrize("count", [4, pytest.param(16, marks=pytest.mark.exam)])
+def test_intervals_are_as_wide_as_the_scatter_over_records(found: OperationalModes, count: int) -> None:
     """Errors over many records are those promised; twice as long a record would promise less."""
     wanted = OperationalSettings(), LOW
     short = replace(WORK, seconds=120.0, pulses=0.0)
-    runs = [analyse(history(records(short, seed)), *wanted) for seed in range(8)]
+    runs = [analyse(history(records(short, seed)), *wanted) for seed in range(count)]
     z = np.concatenate([(run.frequency_hz - HZ) / run.scatter.frequency_hz for run in runs])
     assert 0.5 < np.sqrt(np.mean(z**2)) < 1.6
     assert np.mean(np.abs(z) < 1.96) > 0.85

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Hashable
 from operator import is_
 from typing import Any, Generic, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from identify.core.arrays import Array
 
@@ -46,3 +50,31 @@ class LatestAt(Generic[T]):
 
     def __getstate__(self) -> dict[str, Any]:
         return {"_known": None}
+
+
+class LatestLike(Generic[T]):
+    """The last few things that were made of equal contents, such as what a file holds that is read several
+    times in a run: arrays are told by a digest, which takes a hundredth of what is made of them.
+
+    What is made of more than `largest` bytes is not kept, because it would take as much memory again.  What
+    is given back is the same object each time: whoever changes its arrays takes copies.
+    """
+
+    def __init__(self, kept: int, largest: int = 4_000_000) -> None:
+        self._kept, self._largest = kept, largest
+        self._made: list[tuple[tuple[Hashable, ...], T]] = []
+
+    def of(self, contents: tuple[Any, ...], make: Callable[[], T], *, size: int | None = None) -> T:
+        """What is made of arrays and of what is compared as it is; size: bytes, by default of the arrays."""
+        arrays = [one for one in contents if isinstance(one, np.ndarray)]
+        if (sum(one.nbytes for one in arrays) if size is None else size) > self._largest:
+            return make()
+        key = tuple(_digest(one) if isinstance(one, np.ndarray) else one for one in contents)
+        known = [one for one in self._made if one[0] == key]
+        made = known[0] if known else (key, make())
+        self._made = [made, *(one for one in self._made if one[0] != key)][: self._kept]  # several threads
+        return made[1]
+
+
+def _digest(values: NDArray[Any]) -> Hashable:
+    return values.dtype.str, values.shape, hashlib.blake2b(values.tobytes()).digest()

@@ -9,12 +9,14 @@ Signal)`, see `time_history`.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from identify.core.asked import key
 from identify.core.errors import InputError
 from identify.core.files import sha256_of
+from identify.core.latest import LatestLike
 from identify.core.plugin import blamed
 from identify.core.registry import Registry
 from identify.measured.frf_records import FrfFileOptions, FrfRecords, to_frf_set
@@ -62,6 +64,10 @@ FORMAT_OF_SUFFIX = {
 _WORKBOOKS = (".xlsx", ".xlsm", ".xls", ".ods")
 
 
+_seen = LatestLike[FrfSet](12)
+"""A run reads the same files when it looks at the set-up and when it fits."""
+
+
 def load_frf_set(path: Path | Sequence[Path], options: FrfFileOptions | None = None) -> FrfSet:
     """The FRFs of a file, or of all files of a list, a folder or a pattern together, in SI units, with the
     path as source and the sha256 of the file (of several, that of theirs).
@@ -72,13 +78,19 @@ def load_frf_set(path: Path | Sequence[Path], options: FrfFileOptions | None = N
     options = options or FrfFileOptions()
     files = frf_files(path)
     source = str(path if isinstance(path, Path) else path[0])
-    read = [_records(one, options) for one in files]
-    found = (
-        read[0][0]
-        if len(files) == 1
-        else together(source, list(zip(files, (r for r, _ in read), strict=True)))
-    )
-    return to_frf_set(found, options, source, sha256_of_all([digest for _, digest in read]))
+    opened = [_opened(one, options) for one in files]
+    digests = [digest for _, digest in opened]
+
+    def loaded() -> FrfSet:
+        read = [_records(one, options, reader) for one, (reader, _) in zip(files, opened, strict=True)]
+        found = read[0] if len(files) == 1 else together(source, list(zip(files, read, strict=True)))
+        return to_frf_set(found, options, source, sha256_of_all(digests))
+
+    known = (source, *files, *digests, *(reader for reader, _ in opened), options.model_dump_json())
+    found = _seen.of(known, loaded, size=sum(one.stat().st_size for one in files))
+    coherence, noise = (None if one is None else one.copy() for one in (found.coherence, found.noise))
+    frequency_hz, frf = found.frequency_hz.copy(), found.frf.copy()
+    return replace(found, frequency_hz=frequency_hz, frf=frf, coherence=coherence, noise=noise)
 
 
 def load_of_any_unit(files: Sequence[Path], options: FrfFileOptions) -> tuple[FrfSet, bool]:
@@ -103,8 +115,8 @@ def frf_files(path: Path | Sequence[Path]) -> list[Path]:
     return [one for part in paths for one in files_of(part, FORMAT_OF_SUFFIX)]
 
 
-def _records(path: Path, options: FrfFileOptions) -> tuple[FrfRecords, str]:
-    """What stands in one file, and its sha256."""
+def _opened(path: Path, options: FrfFileOptions) -> tuple[Any, str]:
+    """The reader of one file, and its sha256; InputError for options that are not for such files."""
     reader, sha256 = _open(path, options.format, LOADERS)
     form = _format(path, options.format)
     if options.columns is not None and form != "csv":
@@ -112,11 +124,16 @@ def _records(path: Path, options: FrfFileOptions) -> tuple[FrfRecords, str]:
     if form == "uff" and (options.frequency_start_hz, options.frequency_step_hz) != (None, None):
         found = "frequencies of a file that says them itself"
         raise InputError(f"{path}, key frequency_step_hz", found, "a text file or arrays", "leave it out")
+    return reader, sha256
+
+
+def _records(path: Path, options: FrfFileOptions, reader: Any) -> FrfRecords:
+    """What stands in one file."""
     with blamed(reader):
         found = reader(path, options_for(path, options))
         if not isinstance(found, FrfRecords):
             raise TypeError(f"it gives {type(found).__name__}, not FrfRecords")
-    return found, sha256
+    return found
 
 
 def load_time_history(path: Path, units: Units | None = None, format: str | None = None) -> TimeHistory:

@@ -27,6 +27,7 @@ import scipy
 from identify.core.arrays import Array
 from identify.core.asked import key
 from identify.core.errors import InputError
+from identify.core.latest import LatestLike
 from identify.core.text import count
 from identify.measured.frf_set import FrfSet
 from identify.measured.rounded import in_words, remark, rounding
@@ -58,6 +59,10 @@ class _Pooled:
 
     variance: Array
     of_force: Array
+
+
+_seen = LatestLike[_Pooled](12)
+"""A run asks for the noise of the same FRFs when it looks at the set-up and when it fits."""
 
 
 def noise_std(frf_set: FrfSet) -> Array:
@@ -243,6 +248,11 @@ def pooled_variance(power: Array, line_variance: Array, freedom: int) -> Array:
 
 
 def _pooled(power: Array, line_variance: Array, freedom: int) -> _Pooled:
+    found = _seen.of((power, line_variance, freedom), lambda: _fitted(power, line_variance, freedom))
+    return _Pooled(found.variance.copy(), found.of_force.copy())
+
+
+def _fitted(power: Array, line_variance: Array, freedom: int) -> _Pooled:
     # Outputs last, because sums run over them and factors are common to them.
     power, line_variance = (np.ascontiguousarray(one.swapaxes(1, 2)) for one in (power, line_variance))
     known = np.isfinite(power) & np.isfinite(line_variance)

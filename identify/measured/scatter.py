@@ -17,6 +17,7 @@ from functools import cache
 import numpy as np
 
 from identify.core.arrays import Array, Complex, Mask
+from identify.core.latest import LatestLike
 from identify.measured.frf_set import FrfSet
 
 _WINDOWS = ((3, 3, 1), (4, 4, 1), (4, 4, 2), (5, 5, 2))
@@ -25,6 +26,8 @@ _LINES = 2 * max(half for half, _, _ in _WINDOWS) + 1
 _ROUNDS, _FINEST, _RIDGE, _TINY = 2, 1e-9, 1e-14, 1e-200
 """FRFs weigh by their levels first, then by their noise, so that a channel of noise alone bends no
 denominator; noise is no finer than this part of the level."""
+_seen = LatestLike[Array](12)
+"""A run asks for noise, dead channels and checks of the same FRFs."""
 FREEDOM = 2
 """Degrees of freedom of a line's estimate: those of one line, since the windows of neighbours overlap."""
 
@@ -34,10 +37,18 @@ def scatter(frf_set: FrfSet) -> Array | None:
     or where they are not evenly spaced.
     """
     steps = np.diff(frf_set.frequency_hz)
-    measured = ~np.isnan(frf_set.frf).any(axis=0)
+    measured = np.asarray(~np.isnan(frf_set.frf).any(axis=0))
     if len(steps) < _LINES - 1 or np.ptp(steps) > 1e-3 * steps.min() or not measured.any():
         return None
-    values, decay = frf_set.frf[:, measured], frf_set.window_decay_per_s / float(steps.min())
+    decay = frf_set.window_decay_per_s / float(steps.min())
+    return _seen.of((frf_set.frf, decay), lambda: _scatter(frf_set.frf, measured, decay)).copy()
+
+
+def _scatter(frf: Complex, measured: Mask, decay: float) -> Array:
+    """The same of FRFs, some of which were measured (outputs, inputs), at evenly spaced lines; decay: of the
+    window from line to line.
+    """
+    values = frf[:, measured]
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
     outputs, inputs = np.nonzero(measured)
     parted = inputs if np.ptp(inputs) else outputs - outputs[0]  # impacts of several inputs share no noise
@@ -46,7 +57,7 @@ def scatter(frf_set: FrfSet) -> Array | None:
     for _ in range(_ROUNDS):
         found = _least(values / np.where(weighed > 0, weighed, 1.0), half, decay) * weighed**2
         weighed = np.maximum(np.sqrt(np.median(found, axis=0)), _FINEST * level)
-    variance = np.full(frf_set.frf.shape, np.nan)
+    variance = np.full(frf.shape, np.nan)
     variance[:, measured] = found
     return variance
 

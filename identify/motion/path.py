@@ -19,8 +19,10 @@ from identify.motion.command import Move
 from identify.robot.engine_motion import MovingArm
 
 _PLANES = {"XY": (0, 1), "YZ": (1, 2), "ZX": (2, 0)}
-_TOLERANCE = 1e-12
-"""Rad: a step of the joints that small ends the search; the command is differentiated twice."""
+_TOLERANCE = 1e-7
+"""Rad: a step of the joints that small ends the search, because Newton's method leaves about its square; the
+command is differentiated twice.
+"""
 _STEPS = 20
 _REACH = 0.3
 """Rad: a step that large between two ticks means that the path leaves what the arm can reach."""
@@ -102,12 +104,12 @@ def joint_path(arm: MovingArm, tool: Tool, start: Array, places: Array, where: s
             angles = 2 * found[number - 1] - found[number - 2]
         for _ in range(_STEPS):
             at, turn, jacobian = arm.frame_motion(angles, tool.link, point)
-            tilt = _tilt(turn, upright)
-            step = np.linalg.lstsq(jacobian[:rows], np.concatenate([place - at, tilt])[:rows], rcond=1e-8)[0]
+            away = np.concatenate([place - at, _tilt(turn, upright)])
+            step = np.linalg.lstsq(jacobian[:rows], away[:rows], rcond=1e-8)[0]
             angles = angles + step
             if np.abs(step).max() < _TOLERANCE or np.abs(step).max() > _REACH:
                 break
-        if np.abs(step).max() > _REACH or np.linalg.norm(place - at) > 1e-9:
+        if np.abs(step).max() > _REACH or np.linalg.norm(away[:3] - jacobian[:3] @ step) > 1e-9:
             raise InputError(
                 where,
                 f"place {np.round(place, 4).tolist()} m",

@@ -41,9 +41,11 @@ def workers_find_the_tests() -> Iterator[None]:
         os.environ["PYTHONPATH"] = before
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
-    """The address of a local Dask scheduler with two worker processes; skips where Dask is not installed."""
+    """The address of a local Dask scheduler with two worker processes; skips where Dask is not installed.  It
+    ends with the tests of a file: idle, it takes a tenth of a processor.
+    """
     distributed = pytest.importorskip(
         "distributed", reason="Dask is not installed (the extra `cluster`): its executor is not tested"
     )

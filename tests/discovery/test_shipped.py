@@ -15,6 +15,7 @@ from identify.fitting.selection.workbench import Story
 ROOT = Path(__file__).parents[2]
 
 
+@pytest.mark.exam
 def test_the_shipped_study_finds_what_is_hidden_in_it(tmp_path: Path) -> None:
     truth = json.loads((ROOT / "data" / "hidden_effects" / "truth.json").read_text())
     result, _ = run_discover(

@@ -140,7 +140,7 @@ def _bench(folder: Path, columns: dict[str, Any], lines: list[str], cut: int, lo
     return path
 
 
-@pytest.mark.parametrize("lowpass_hz", [30.0, 200.0])
+@pytest.mark.parametrize("lowpass_hz", [30.0, pytest.param(200.0, marks=pytest.mark.exam)])
 def test_the_motor_bench_is_as_stiff_as_its_frfs_say(tmp_path: Path, lowpass_hz: float) -> None:
     """558 N m/rad by two inertias fitted to FRFs of the same bench, resonance 76 Hz (SOURCE.md)."""
     data = scipy.io.loadmat(shared("data", "fditools_motor_bench", "MultisineTypeA.mat"), squeeze_me=True)
@@ -165,7 +165,7 @@ def test_the_motor_bench_is_as_stiff_as_its_frfs_say(tmp_path: Path, lowpass_hz:
     assert found[0] == pytest.approx(558, rel=0.02)
 
 
-@pytest.mark.parametrize("lowpass_hz", [3.0, 20.0])
+@pytest.mark.parametrize("lowpass_hz", [3.0, pytest.param(20.0, marks=pytest.mark.exam)])
 def test_the_flexible_link_has_one_stiffness_and_nothing_false(tmp_path: Path, lowpass_hz: float) -> None:
     """About 23 N m/rad by the reference in SOURCE.md; its deflections pass a slow filter."""
     folder = shared("data", "quanser_2dsfl")

@@ -124,10 +124,11 @@ def test_noise_makes_the_bands_as_wide_as_limits_scatter(tmp_path: Path) -> None
     assert np.all((ratio > 0.3) & (ratio < 2.5))
 
 
-def test_modes_of_the_tip_give_its_limits(tmp_path: Path) -> None:
-    """Four tests with noise of their own: the truth lies in the bands, which are no wider than errors."""
+@pytest.mark.parametrize("tests", [2, pytest.param(8, marks=pytest.mark.exam)])
+def test_modes_of_the_tip_give_its_limits(tests: int, tmp_path: Path) -> None:
+    """Tests with noise of their own: the truth lies in the bands, which are no wider than errors."""
     off = []
-    for seed in range(4):
+    for seed in range(tests):
         path = _tapped(tmp_path / f"{seed}", noise=2e-3, seed=seed, every=2)
         identify.modes(path, out=path.with_name("modes.h5"))
         result = _limits(path.with_name("modes.h5"), path.with_name("tool.yaml"))

@@ -116,6 +116,15 @@ def test_six_joints_lead_the_tool_at_its_feed_without_turning_it() -> None:
     assert np.abs(turned).max() < 1e-9 < np.abs(angles[700] - start).max()
 
 
+def test_places_far_apart_are_met_as_exactly() -> None:
+    """Two centimetres, where one step of Newton's method leaves a tenth of a millimetre."""
+    arm, tool = MovingArm(read_urdf(ROOT / "data/kobe_36dof/robot.urdf")), Tool(link="link6")
+    first = arm.frame_position(_posture(), tool.link, np.zeros(3))
+    places = first + np.linspace(0, 0.1, 6)[:, None] * [0.0, 0.0, 1.0]
+    angles = joint_path(arm, tool, _posture(), places, "test")
+    np.testing.assert_allclose(arm.frame_position(angles, tool.link, np.zeros(3)), places, atol=1e-9)
+
+
 def _posture() -> Array:
     return np.radians([0, 15, -10, 0, 30, 0])
 

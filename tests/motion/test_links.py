@@ -81,9 +81,9 @@ def test_halves_of_a_link_are_the_link(tmp_path: Path) -> None:
 
 
 def test_the_first_link_of_the_kobe_circle_is_what_the_generator_has() -> None:
-    """0.4 s with what else is hidden said: the gap is least where the bending and torsion are the truth."""
+    """0.2 s with what else is hidden said: the gap is least where the bending and torsion are the truth."""
     robot = kobe()
-    problem = kobe_begins.first(1600).with_smoothing("tanh")
+    problem = kobe_begins.first(1000).with_smoothing("tanh")
     creep = CirclePlant(robot, plant(robot, 6)).creep.tolist()
     stated = {"friction.creep_velocity": JointNumber(initial=creep, bounds=(1e-5, 1.0))}
     problem = with_numbers(problem, stated, {})

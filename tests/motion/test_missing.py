@@ -122,6 +122,26 @@ def no_springs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(springs, "_groups", lambda problem, values: [])
 
 
+AMONG = pytest.mark.parametrize(
+    "words",
+    [
+        pytest.param(("rotor", "friction", "delay", "velocity gain"), id="few"),
+        pytest.param(("",), marks=pytest.mark.exam, id="all"),
+    ],
+)
+"""Words of the kinds of numbers that may be missing."""
+
+
+@pytest.fixture
+def few(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """No kind without one of the words is looked at."""
+
+    def chosen(problem: MotionProblem, values: np.ndarray) -> list[Kind]:
+        return [kind for kind in kinds(problem, values) if any(word in kind.name for word in words)]
+
+    monkeypatch.setattr(screen, "kinds", chosen)
+
+
 @pytest.mark.usefixtures("no_springs")
 def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7), ["one", "three"])
@@ -130,7 +150,8 @@ def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     assert written == [tmp_path / "found.h5"]
 
 
-@pytest.mark.usefixtures("no_springs")
+@AMONG
+@pytest.mark.usefixtures("no_springs", "few")
 def test_the_controller_computes_with_the_rotor_that_it_was_told(tmp_path: Path) -> None:
     """A rotor that is heavier than stated moves the arm, not the feed-forward; the better study says so."""
     stated = np.array([1.2e-4])
@@ -158,7 +179,8 @@ def test_what_the_controller_was_told_is_a_number_of_its_motors(tmp_path: Path) 
             load_motion(read_motion_study(tmp_path / "told.yaml"))
 
 
-@pytest.mark.usefixtures("no_springs")
+@AMONG
+@pytest.mark.usefixtures("no_springs", "few")
 def test_what_stands_for_something_else_is_exchanged_for_it(tmp_path: Path) -> None:
     """A gain that was named for a delay, beside friction that is true: the delay takes its place."""
     case = one_joint(delay_s=np.array([2e-3]), told={"viscous": NONE})
@@ -340,7 +362,8 @@ def test_what_the_step_gets_wrong_is_taken_off_the_records(tmp_path: Path) -> No
     assert changed(steps.error(1e-3), steps.error(1e-3)) == 0
 
 
-@pytest.mark.usefixtures("no_springs")
+@AMONG
+@pytest.mark.usefixtures("no_springs", "few")
 def test_how_friction_passes_through_zero_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(hidden_motion, "CREEP", 0.1)
     case = one_joint(coulomb=np.array([30.0]))

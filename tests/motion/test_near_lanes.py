@@ -119,7 +119,7 @@ def test_what_promises_most_is_the_same_by_the_dear_way(
 
 
 def test_the_base_of_the_kobe_circle_promises_most(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first 0.3 s: without a list of candidates, out of all that the catalogue has."""
-    begun = coarse(kobe_begins.first(1200))
+    """The first 0.1 s of its motion: without a list of candidates, out of all that the catalogue has."""
+    begun = coarse(kobe_begins.first(600))
     found = promises(FittedMotion(begun, Fit(begun.initial, 1.0, (), np.zeros((0, 5)), 0.0)))
     assert found[0].effect.name.startswith("compliance of the base")

@@ -147,10 +147,16 @@ def test_of_two_that_do_the_same_the_usual_one_is_promised() -> None:
     assert log_prior(rotor, [0], {"joint1.motor.rotor_inertia": 1e-3}) == 0
 
 
-def test_a_spring_that_nothing_shows_is_worth_nothing(tmp_path: Path) -> None:
+def test_a_spring_that_nothing_shows_is_worth_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Torsion and bending out of its plane of a link of a planar arm leave its own bending its worth."""
+    monkeypatch.setattr(hidden_motion, "DURATION_S", 1.7)
+    monkeypatch.setattr(hidden_motion, "PARTS", 4)
     problem = drawn(tmp_path, "flexibility of links")
-    found = [one for one in promises(as_it_is(problem)) if one.effect.name.startswith("flexibility of links")]
+    there = as_it_is(problem)
+    every = promises(there, [screen._springs(there)])
+    found = [one for one in every if one.effect.name.startswith("flexibility of links")]
     assert [one.effect.name for one in found] == ["flexibility of links (link1)"]
     promise = found[0]
     assert isinstance(promise.kind, SpringKind)

@@ -60,10 +60,17 @@ def test_several_channels_are_found_together(tmp_path: Path, monkeypatch: pytest
     assert corrected.cost == pytest.approx(studies.right()[1].cost, rel=0.05)
 
 
-def test_nothing_is_misread_in_a_right_study() -> None:
+@pytest.mark.parametrize(
+    "kinds",
+    [("joint-sign", "window"), pytest.param(tuple(KINDS), marks=pytest.mark.exam)],
+    ids=["channels", "all"],
+)
+def test_nothing_is_misread_in_a_right_study(kinds: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(springs, "KINDS", {name: KINDS[name] for name in kinds})
     assert beside_springs(*studies.right()) is None
 
 
+@pytest.mark.exam
 def test_mistakes_are_named_beside_twenty_effects(tmp_path: Path) -> None:
     """Bearings, base, links, hoses: far more than a single turned sensor leaves."""
     told = stated(load_problem(read_study(config_of(shared("hall", "h7_blunders_9101_level1"), tmp_path))))

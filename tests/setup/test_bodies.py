@@ -22,6 +22,21 @@ from identify.vibration.study import read_study
 from tests.setup import studies
 
 CENTRE = [0.12, -0.1, 0.05]
+AMONG = pytest.mark.parametrize(
+    "among",
+    [
+        pytest.param(("joint-sign", "joint-zero", "window"), id="three kinds"),
+        pytest.param(tuple(KINDS), marks=pytest.mark.exam, id="all kinds"),
+    ],
+)
+"""Kinds of mistakes that are asked for: a search through all takes minutes."""
+
+
+@pytest.fixture
+def only(among: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """No other kind is asked for."""
+    for name in KINDS.keys() - {*among}:
+        monkeypatch.setitem(KINDS, name, lambda stated, score: iter(()))
 
 
 def _robot(**keys: Any) -> dict[str, Any]:
@@ -107,6 +122,8 @@ def test_a_window_that_leaves_a_small_gap_is_named_with_what_puts_it_right(tmp_p
     assert [one.value for one in told] == pytest.approx([8.0, 8.0], rel=0.01)
 
 
+@AMONG
+@pytest.mark.usefixtures("only")
 def test_a_window_is_seen_once_a_larger_mistake_is_put_right(tmp_path: Path) -> None:
     measurements = studies.simulated(tmp_path, measurements=studies.each(window_decay_per_s=8.0))
     without = [{k: v for k, v in one.items() if k != "window_decay_per_s"} for one in measurements]
@@ -132,6 +149,8 @@ def test_a_brake_is_on_in_one_file(factor: float, number: int, tmp_path: Path) -
     assert [one.use for one in kept] == ["validate" if n == number else "fit" for n in range(2)]
 
 
+@AMONG
+@pytest.mark.usefixtures("only")
 def test_a_brake_is_on_beside_a_mistake_in_all_files(tmp_path: Path) -> None:
     measurements = studies.simulated(tmp_path, {"joint6.rz.stiffness": 6.0})
     wrong = {"sign": [1, -1, 1, 1, 1, 1]}
@@ -143,6 +162,8 @@ def test_a_brake_is_on_beside_a_mistake_in_all_files(tmp_path: Path) -> None:
     assert found.gap_after < 1.15
 
 
+@AMONG
+@pytest.mark.usefixtures("only")
 def test_what_a_brake_hid_is_asked_of_the_other_files(tmp_path: Path) -> None:
     true = studies.each(window_decay_per_s=8.0)
     measurements = studies.simulated(tmp_path, {"joint6.rz.stiffness": 4.0}, measurements=true)

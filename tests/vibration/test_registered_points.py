@@ -41,6 +41,15 @@ def _study(test: Test, folder: Path, **keys: Any) -> Path:
     return folder / "study.yaml"
 
 
+@pytest.fixture(scope="module")
+def paired(tmp_path_factory: pytest.TempPathFactory) -> tuple[Test, Path, Problem]:
+    """A test, its study with three pairs, and that as it is read."""
+    folder = tmp_path_factory.mktemp("paired")
+    test = _test(folder)
+    study = _study(test, folder, registration=_paired(test, folder))
+    return test, study, load_problem(read_study(study))
+
+
 def _paired(test: Test, folder: Path) -> dict[str, str]:
     """Three rough pairs: the search without them takes four times as long."""
     return {"pairs": test.pairs(folder, widest(test.nodes)).name}
@@ -73,17 +82,16 @@ def test_pairs_and_a_geometry_of_its_own_are_found_beside_the_study(tmp_path: Pa
     assert description_of(file, problem.points).points.count("\n") == len(problem.points) + 1
 
 
-def test_every_key_changes_where_nodes_are(tmp_path: Path) -> None:
+def test_every_key_changes_where_nodes_are(paired: tuple[Test, Path, Problem], tmp_path: Path) -> None:
     test = _test(tmp_path)
     told = _paired(test, tmp_path)
     changes: list[dict[str, Any]] = [
-        {},
         {"pair_error_m": 0.002},
         {"angle_error_deg": 0.01},
         {"posture_deg": [0.0] * 6},
     ]
     found = [load_problem(read_study(_study(test, tmp_path, registration=told | one))) for one in changes]
-    places = [[(p.link, *p.position) for p in problem.points.values()] for problem in found]
+    places = [[(p.link, *p.position) for p in one.points.values()] for one in (paired[2], *found)]
     assert all(other != places[0] for other in places[1:])
     with pytest.raises(InputError, match="'mm' although the file says 1 m"):
         load_problem(read_study(_study(test, tmp_path, registration={"length_unit": "mm"})))
@@ -120,15 +128,14 @@ def test_check_says_where_the_points_come_from(tmp_path: Path) -> None:
     assert said[-1].startswith(f"Points are those of the geometry of both.uff: {COUNT} nodes of {COUNT}")
 
 
-def test_a_point_on_another_link_gets_a_file_of_points(tmp_path: Path) -> None:
-    test = _test(tmp_path)
-    file = read_study(_study(test, tmp_path, registration=_paired(test, tmp_path)))
-    here = load_problem(file).points[3]
+def test_a_point_on_another_link_gets_a_file_of_points(paired: tuple[Test, Path, Problem]) -> None:
+    test, path, problem = paired
+    file, here = read_study(path), problem.points[3]
     other = next(name for name in test.arm.names if name != here.link)
     study, _ = write_corrected(file, [OnLink(3, other, replace(here, link=other))], [])
     corrected = read_study(study)
     assert corrected.study.registration is None
-    points = read_points(tmp_path / "points_corrected.csv")
+    points = read_points(path.with_name("points_corrected.csv"))
     assert points[3].link == other and len(points) == COUNT
 
 

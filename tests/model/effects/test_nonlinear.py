@@ -349,6 +349,7 @@ def test_levels_agree_where_nothing_depends_on_them(tested: Callable[[str], Path
     assert np.isnan(level_gap(replace(problem, measurements=problem.measurements[:1])))
 
 
+@pytest.mark.exam
 def test_the_nonlinear_response_explains_friction_in_a_test_made_outside_this_project(tmp_path: Path) -> None:
     """At least half of what is above noise must go, on fitted and on validation data; most of it does."""
     gaps, initial = [], {}
