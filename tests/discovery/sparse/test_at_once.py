@@ -429,6 +429,7 @@ def test_a_spring_far_softer_than_is_usual_costs_little_more(hammered: Hammered)
     problem = hammered.of("none", 4)
     with one_thread():
         unknowns = usual_fit(problem, ()).unknowns
+    assert not Penalised(unknowns).alone.any(), "what has a prior has no price"
     usual = unknowns.usual_compliance
     bearings = np.flatnonzero(usual > 0)
     assert {unknowns.names[n].partition(".")[0] for n in bearings} >= {"base", "joint1", "joint6"}
