@@ -51,11 +51,8 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
     out.
     """
     body, _, kind = name.partition(".")
-    if isinstance(effect, LinkFlexibility) and effect.nonuniform:
-        return _of_parts(effect, values)
     if isinstance(effect, LinkFlexibility):
-        places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
-        return _bending(effect, places, _stiffnesses(places, values))
+        return _of_parts(effect, values) if effect.nonuniform else _of_beam(effect, values)
     classes: dict[str, tuple[Axis, ...]] = {**CLASSES, "turning": ("rz",), "": get_args(Axis)}
     own = {name.split(".")[1]: value for name, value in values.items() if name.endswith(".compliance")}
     soft, coupled = soft_axes(place for place, compliance in own.items() if compliance > 0)
@@ -71,8 +68,14 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return BaseCompliance(**more), found
     if body.startswith("payload"):
         return effect.model_copy(update={**more, "shrink": False, "compliance_std": None}), found
-    at = effect.at_m if isinstance(effect, JointCompliance) and kind == "tilt" else None
+    at = getattr(effect, "at_m", None) if kind == "tilt" else None
     return JointCompliance(joints=[int(body.removeprefix("joint"))], at_m=at, **more), found
+
+
+def _of_beam(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
+    """A link that bends as one beam."""
+    places = [f"{effect.link}.{what}" for what in ("bending_1", "bending_2", "torsion")]
+    return _bending(effect, places, _stiffnesses(places, values))
 
 
 def _of_parts(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:

@@ -202,26 +202,24 @@ def _half_of(fit: Found) -> float:
     return 1 + _LEFT * (fit.gap**2 - 1)
 
 
-def _with_few(
-    problem: Problem,
-    bending: Problem,
-    story: Story,
-    unseen: Unseen | None,
-) -> list[Pruned]:
-    """What is missing where few springs give way, or many stand for one thing; else nothing: many hide each
-    other on the way from rigid.
+def _from_rigid(problem: Problem, bending: Problem, story: Story) -> tuple[Found, list[Found]]:
+    """The fit from rigid springs, and that with what they do not stand for; nothing where many give way, and
+    hide each other, unless they stand for one thing.
     """
     fit = _begun(problem, story)
     bends = any(isinstance(one, LinkFlexibility) for one in fit.effects)
-    if (bends or _several(fit)) and not story.late:
-        fits = _beside_links(fit, bending, story) if bends else _further(fit, story, 1, alone=True)
-        if _open(fits) or (fits[0] is fit and not bends):
-            return []
-    else:
-        fits = _beside_bearings(fit, bending, story)
+    if story.late or not (bends or _several(fit)):
+        return fit, _beside_bearings(fit, bending, story)
+    fits = _beside_links(fit, bending, story) if bends else _further(fit, story, 1, alone=True)
+    return fit, [] if _open(fits) or (fits[0] is fit and not bends) else fits
+
+
+def _with_few(problem: Problem, bending: Problem, story: Story, unseen: Unseen | None) -> list[Pruned]:
+    """What is missing where few springs give way, or many stand for one thing; else nothing."""
+    begun, fits = _from_rigid(problem, bending, story)
     # Prices hold a fit a little open, never by so much: what is far off is another start's to explain.
     models = [(one, _aligned(one, story, unseen)) for one in fits if one.gap < _FAR or story.late]
-    again = [one for one, model in models if _may_stand_for_others(one, model, fit.effects)]
+    again = [one for one, model in models if _may_stand_for_others(one, model, begun.effects)]
     for one in again:
         if not story.late:
             other = afresh(one)
