@@ -139,10 +139,10 @@ def _beside_bearings(fit: Found, bending: Problem, story: Story) -> list[Found]:
 
 
 def _beside_links(fit: Found, bending: Problem, story: Story) -> list[Found]:
-    """The fit with what explains the rest and no spring stands for, in two rounds; where links bend by parts,
-    gone on with their forms uncertain in the second.
+    """The fit with what no spring stands for in two rounds, the second only with what explains the rest;
+    where links bend by parts, gone on with their forms uncertain in the second.
     """
-    fits = _further(fit, story, 1, alone=True)
+    fits = _further(fit, story, 1)
     if fits[0] is fit or not _open(fits):
         return fits
     if any(isinstance(one, LinkFlexibility) and one.nonuniform for one in fits[0].effects):
