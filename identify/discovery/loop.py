@@ -4,8 +4,9 @@ once, other forms of that, what depends on amplitude, laws that no effect has; a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 from identify.core.errors import InputError
 from identify.core.thresholds import CONVINCING
@@ -108,14 +109,15 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
     as well is no bearing.
     """
     every = any(one.effect.of_amplitude for one in state.added)
-    told = (replace(one, evidence=min(one.evidence, _at_most(state, one.effect))) for one in state.added)
+    most = _over_ends(state)
+    told = (replace(one, evidence=min(one.evidence, most(one.effect))) for one in state.added)
     state = replace(state, added=tuple(told))
     for one in sorted(state.added, key=lambda one: one.evidence):
         if len(state.added) == 1 or story.late:
             break
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
-        odds = min(-likelier(state, model), _at_most(state, one.effect))
+        odds = min(-likelier(state, model), _over_ends(state)(one.effect))
         if odds < CONVINCING:
             story.say(f"Not confirmed: {one.effect.sentence()}.")
             state = State(state.problem, model, tuple(other for other in state.added if other != one))
@@ -127,10 +129,10 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
     return state
 
 
-def _at_most(state: State, effect: Effect) -> float:
-    """Log odds at most of an effect of the state over what is no effect."""
+def _over_ends(state: State) -> Callable[[Effect], float]:
+    """Log odds at most of an effect of the state over what ends of links that bend may do."""
     model = with_effects(state.problem, state.effects, state.model.values)
-    return odds_over_ends(model, model.initial, effect)
+    return partial(odds_over_ends, model, model.initial)
 
 
 def _path(workers: Workers, first: Trial, state: State, most: int) -> list[Step]:

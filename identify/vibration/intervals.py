@@ -113,13 +113,13 @@ def left_open(problem: Problem, values: Array) -> Array:
     """
     parameters = problem.of_effects
     value_of = {p.name: value for p, value in zip(parameters, values[: problem.size].tolist(), strict=True)}
-    variance = dict.fromkeys(value_of, 0.0)
+    std = dict.fromkeys(value_of, 0.0)
     for coordinate, hinge in _hinges(problem, values).items():
         stiffness = value_of.get(f"{coordinate}.stiffness", 0.0)
         for what, times in _OF.items():
-            if f"{coordinate}.{what}" in variance:
-                variance[f"{coordinate}.{what}"] += (times * hinge * stiffness) ** 2
-    return np.sqrt([variance[p.name] if p.log else 0.0 for p in parameters])
+            if f"{coordinate}.{what}" in std:
+                std[f"{coordinate}.{what}"] = times * hinge * stiffness
+    return np.array([std[p.name] if p.log else 0.0 for p in parameters])
 
 
 def odds_over_ends(problem: Problem, values: Array, effect: Effect) -> float:

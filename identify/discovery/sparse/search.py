@@ -324,7 +324,8 @@ def _further(found: Found, story: Story, most: int = _MOST_ENTERED, *, alone: bo
         closed = found.gap < CLOSED and believed
         if story.late or (closed and found.gap < 1 + MATERIAL):
             break
-        more = _one_further(found, story, shares, believed=believed, closed=closed, alone=alone)
+        least = found.unknowns.count * MATERIAL if closed else 0.0
+        more = _one_further(found, story, shares, least, believed=believed, alone=alone)
         if more is None:
             break
         found, others = more
@@ -335,19 +336,18 @@ def _one_further(
     found: Found,
     story: Story,
     shares: dict[str, float],
+    least: float,
     *,
     believed: bool,
-    closed: bool,
     alone: bool,
 ) -> tuple[Found, list[Found]] | None:
     """The fit with the likeliest of what it lacks, and what else closes the gap; None where nothing pays;
-    believed: whether its errors are; closed: whether they leave nothing open; alone: as `_further` has it;
-    shares: as `_tried` does.
+    least: what it must gain beyond its price; believed: whether the fit's errors are; alone: as `_further`
+    has it; shares: as `_tried` does.
     """
     story.doing("scoring what else may be missing")
     likely = [one._replace(gain=one.gain * shares.get(_new(found, one), 1.0)) for one in trials(found)]
-    least = found.unknowns.count * MATERIAL if closed else found.left / _CLEARLY if alone else 0.0
-    worth = _worth(found, likely, least)
+    worth = _worth(found, likely, least or (found.left / _CLEARLY if alone else 0.0))
     story.doing("fitting the likeliest of it")
     # Errors beyond belief that leave much open have led elsewhere: trials begin as stated.  Where they leave
     # nothing open, what they make up for takes their place step by step.
@@ -359,7 +359,7 @@ def _one_further(
     likeliest = max(fitted, key=_odds)
     best = located(settled(likeliest, STEPS))  # what a fit lacks that has not ended is no effect
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
-    if best.marginal - found.marginal < price_of_it + (least if closed else 0.0):
+    if best.marginal - found.marginal < price_of_it + least:
         return None
     new = found.new(best.effects) or [best.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")

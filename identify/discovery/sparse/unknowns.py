@@ -174,16 +174,19 @@ class Unknowns:
     @cached_property
     def with_prior(self) -> Mask:
         """(f,): of what something is known before any data, which is not priced once more."""
-        return np.array([self.problem.parameters[n].prior_std > 0 for n in self.free], dtype=bool)
+        return self._prior_std > 0
+
+    @cached_property
+    def _prior_std(self) -> Array:
+        return np.array([self.problem.parameters[n].prior_std for n in self.free], dtype=float)
 
     @cached_property
     def usual_compliance(self) -> Array:
         """(f,): of bearings, base and mounts that may be missing, what is usual, where that is known; zero
         else.
         """
-        std = np.array([self.problem.parameters[n].prior_std for n in self.free])
         along_axes = np.array([name.partition(".")[2].partition(".")[0] in AXES for name in self.names])
-        return np.where(self.springs & ~self._own & along_axes, std, 0.0)
+        return np.where(self.springs & ~self._own & along_axes, self._prior_std, 0.0)
 
     @cached_property
     def precision(self) -> Array:
@@ -191,11 +194,9 @@ class Unknowns:
         not normal.
         """
         found = np.where(self.log & self._own, _GUESS_STD**-2, 0.0)
-        for position, number in enumerate(self.free):
-            if self.nuisances[position]:
-                found[position] = 1.0
-            elif self.problem.parameters[number].prior_std and not self.usual_compliance[position]:
-                found[position] = self.problem.parameters[number].prior_std ** -2
+        normal = self.with_prior & (self.usual_compliance == 0)
+        found[normal] = self._prior_std[normal] ** -2
+        found[self.nuisances] = 1.0
         for unit in self.units:
             if isinstance(unit.effect, MeasurementEffect):
                 found[unit.amplitudes] = self.usual(unit) ** -2
