@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.benchmarks import pages, scores
 from tests.benchmarks.pages import BLOCK, CELL, cell, rewritten
 
 ROOT = Path(__file__).parents[1]
@@ -38,6 +39,13 @@ def test_tables_of_a_page_are_those_of_its_runs(page: Path) -> None:
         digit = next(character for character in shown if character.isdigit())
         other = text.replace(block, f"{head}-->{shown.replace(digit, str((int(digit) + 1) % 10), 1)}", 1)
         assert rewritten(other) != other
+
+
+def test_stored_scores_are_those_of_the_newest_exams() -> None:
+    """`python -m tests.benchmarks.scores` makes them anew; the pages that show them are tested above."""
+    shown = pages.tables(scores.NAME)
+    for title, rows in scores.tables().items():
+        assert [shown[title]["head"], *shown[title]["rows"]] == rows, title
 
 
 @pytest.mark.parametrize("name", STUDIES)
