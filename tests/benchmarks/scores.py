@@ -46,11 +46,19 @@ _MOTION = {
     ],
 }
 """Newest draws are small: beside them all that were scored, those of earlier code among them."""
+_POSTURES = 10
+"""Measured postures that correct a map."""
 
 
 def tables() -> dict[str, Rows]:
     """By title, the heads first."""
-    return {"Discovery": _discovery(), "Many effects": _many(), "Set-up": _set_up(), "Motion": _motion()}
+    return {
+        "Discovery": _discovery(),
+        "Many effects": _many(),
+        "Set-up": _set_up(),
+        "Motion": _motion(),
+        "Other exams": _others(),
+    }
 
 
 def _read(name: str) -> Any:
@@ -172,6 +180,68 @@ def _motion() -> Rows:
         where = f"`{names[0]}`" if len(names) == 1 else ""
         rows.append([draws, *counts, _of(nulls - false_nulls, nulls), _seconds(seconds), where])
     return rows
+
+
+def _others() -> Rows:
+    """One line each of what other pages have in full."""
+    files, journeys = _read("descriptions")["summary"], _read("mesh_bodies_journey")
+    merged, drives = _read("merged_setups_931028"), _read("drives_90417")["score"]
+    motors, inputs = _read("motor_side_50731")["score"], _read("wrong_inputs")["counts"]
+    maps = [
+        one
+        for one in _read("map_unknown_20571")["summary"]
+        if one["postures"] == "all joints" and one["at_hand"] == _POSTURES
+    ]
+    gears = motors["rz.stiffness"]
+    corrected = (f"{o['quantity']} {100 * o['rms_before']:.2g} → {100 * o['rms_after']:.2g} %" for o in maps)
+    inside = _of(sum(one["held"] for one in journeys), sum(one["of"] for one in journeys))
+    noticed = inputs["refused"] + inputs["named"] + inputs["harmless"]
+    return [
+        ["Exam", "Result", "More"],
+        [
+            "`descriptions`: robot files of public repositories",
+            f"{_of(files['load'], files['files'] - files['of_no_robot'])} that describe a robot load;"
+            f" {files['crashes']} crashes",
+            "[descriptions](descriptions.md#census)",
+        ],
+        [
+            "`mesh_bodies`: bodies made from meshes",
+            f"{inside} stiffness intervals contain the truth",
+            "[mesh bodies](mesh_bodies.md#how-sure)",
+        ],
+        [
+            f"`merged_setups --seed {merged['seed']}`: {merged['structures']} structures in"
+            f" {merged['setups']} setups, roving sensors of 30 to 50 g",
+            f"{merged['missed']} of {merged['modes']} modes missed, {merged['spurious']} spurious; intervals"
+            f" contain {merged['frequencies in their 95 % interval, %']:.0f} % of frequencies and"
+            f" {merged['damping in its 95 % interval, %']:.0f} % of damping ratios",
+            "[several setups](modal_setups.md#seen)",
+        ],
+        [
+            "`drives --seed 90417`: records of 25 drives of two inertias, five of them rigid",
+            f"stiffness named in {_of(drives['stiffness_named'], drives['soft'])},"
+            f" {drives['within_1_percent']} within 1 %; {drives['truth_in_interval']} intervals contain the"
+            f" truth; {drives['false_names']} false names",
+            "[recorded motion](recorded_motion.md)",
+        ],
+        [
+            f"`motor_side --seed 50731`: controllers' logs of {motors['arms']} arms",
+            f"intervals contain {_of(gears['held'], gears['values'])} gear stiffnesses, largest error"
+            f" {100 * gears['largest_error']:.2f} %; gaps up to {motors['largest_gap']}",
+            "[motors](motors.md)",
+        ],
+        [
+            f"`map_unknown --seed 20571`: maps of 12 arms that lack an effect, corrected by {_POSTURES}"
+            " measured postures",
+            f"RMS errors at other postures: {', '.join(corrected)}",
+            "[maps](unknown.md#what-it-gains)",
+        ],
+        [
+            "`wrong_inputs`: mistakes of new users in files and options",
+            f"{_of(noticed, sum(inputs.values()))} handled correctly at the first attempt",
+            "[below](#mistakes-of-new-users)",
+        ],
+    ]
 
 
 def _summed(scores: list[dict[str, int]], one: str, other: str) -> tuple[int, int]:
