@@ -63,7 +63,7 @@ def test_a_file_for_each_place_of_a_sensor(files: list[Path], tmp_path: Path) ->
     (note,) = (note for note in found.notes if "setups" in note)
     assert "6 setups whose poles differ" in note and "of a moved sensor explains it" in note
     table = setup_table(m)
-    assert table is not None and "Mass of a moved sensor" in table.note
+    assert table is not None and "Mass of a roving sensor" in table.note
     assert [row[1] for row in table.rows] == ["6 of 6"] * 4
     assert setup_table(replace(m, setups=None)) is None
     assert m.file and len(found.provenance.input_files) == 6

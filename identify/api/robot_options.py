@@ -113,7 +113,7 @@ class PointsOptions:
         float, typer.Option(min=0.01, help="of each joint angle, degrees (one standard deviation)")
     ] = 3.0
     length_unit: Annotated[
-        str | None, typer.Option(help="of a geometry that does not say it: m, mm, cm, in, ft")
+        str | None, typer.Option(help="of a geometry without a unit: m, mm, cm, in, ft")
     ] = None
     out: Annotated[Path, typer.Option(help="CSV of points to write, where the files have a geometry")] = Path(
         "points.csv"

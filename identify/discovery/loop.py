@@ -79,7 +79,7 @@ def discover(problem: Problem, workers: Workers, story: Story | None = None) -> 
         state = stage(workers, state, story)
     state, places = by_law(workers, state, story)
     state = ranked(_confirmed(workers, state, story))
-    story.say(f"In the end: {standing(state.model)}.")
+    story.say(f"The final model: {standing(state.model)}.")
     steps = _path(workers, first, state, FEW_STEPS if story.late else Task.steps)
     looked = [*([] for _ in steps), places] if places else [[] for _ in steps]
     if places:
@@ -176,7 +176,7 @@ def _check_frfs(file: StudyFile) -> None:
     for number in tables:
         fix = "give the FRFs that the modes were found in, as `file`" if alone else "leave the table out"
         where = f"{file.path}, key measurements.{number}"
-        raise InputError(where, "a modal table", "FRFs, whose noise tells what is evidence", fix)
+        raise InputError(where, "a modal table", "FRFs, whose noise is needed to weigh evidence", fix)
 
 
 def with_likelihood(file: StudyFile) -> tuple[StudyFile, str]:
@@ -189,7 +189,7 @@ def with_likelihood(file: StudyFile) -> tuple[StudyFile, str]:
         return file, ""
     changed = file.study.model_copy(update={"cost": likelihood})
     note = (
-        f"the search compares FRFs by {likelihood.kind}, their likelihood, in place of the study's"
-        f" {cost.kind}{' with options' * (cost.kind == likelihood.kind)}: nothing else weighs evidence"
+        f"the search uses the cost {likelihood.kind}, the likelihood of FRFs, in place of the study's"
+        f" {cost.kind}{' with options' * (cost.kind == likelihood.kind)}, because evidence needs a likelihood"
     )
     return file.model_copy(update={"study": changed}), note

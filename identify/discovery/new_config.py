@@ -16,8 +16,8 @@ from identify.vibration.costs.base import parse_cost
 from identify.vibration.new_study import new_study
 from identify.vibration.study import StudyFile
 
-_TAKEN_UP = "taken up by identify discover, because the records may begin before the impacts"
-_FORM = "no beam is quite a link: its form was fitted along"
+_TAKEN_UP = "added by identify discover, because records may begin before the impacts"
+_FORM = "a real link is not exactly a beam: its form was fitted"
 
 
 def config_text(

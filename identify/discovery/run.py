@@ -54,7 +54,7 @@ from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.provenance import provenance_of
 from identify.vibration.study import read_study
 
-_SHORT = "the time that was given was over before all was looked at: what was found until then is the result"
+_SHORT = "the time limit was reached before the search had ended: the result is what was found until then"
 
 
 def run_discover(
@@ -159,7 +159,7 @@ def _result(at_work: Workers, found: Discovery, key: str, path: Path, began: flo
         seconds=time.perf_counter() - began,
         elsewhere="measurements for validation"
         if problem.validated
-        else "a third of the response channels, left out of one more fit",
+        else "a third of the response channels, held out of one more fit",
         added=_added(after, found, fitted),
         steps=steps,
         map_before=map_before,

@@ -56,8 +56,8 @@ def verdict_of(option: Option, step: Step) -> str:
             math.isinf(option.model.squares),
             f"no solution: {option.model.failure or 'it does not fit the model'}",
         ),
-        (not option.gain.refitted, "ruled out by a look at few lines"),
-        (option.gain.log_odds <= 0, "not worth its parameters"),
+        (not option.gain.refitted, "ruled out on few lines"),
+        (option.gain.log_odds <= 0, "does not pay for its parameters"),
         (not option.gain.confirmed, "worse on data that were not fitted"),
         (step.best is not None, "explains less"),
     )
@@ -69,10 +69,8 @@ def decision(step: Step, kept: bool) -> str:
     before, best = step.before, step.best
     if best is None:
         if not step.options:
-            return (
-                "Nothing more was added: no effect and no law at one of these places explains what is left."
-            )
-        why = "none improves fitted and other data by more than its parameters are worth"
+            return "Nothing more was added: no effect, and no law at one place, explains the remaining gap."
+        why = "none improves the fit and the prediction of other data by more than its parameters cost"
         return f"None of {len(step.options)} candidates is supported by the data: {why}."
     trial, share = best.model, removed(before.gap, best.model.gap)
     fell = (
@@ -82,7 +80,7 @@ def decision(step: Step, kept: bool) -> str:
     found = f"{capital(best.effect.sentence())} fits best: {fell}, {share:.0%} of what is above noise."
     if kept:
         return found + " It was added."
-    return found + " It was not kept: it compensates for another missing effect rather than being one."
+    return found + " It was not kept: it only compensated for another missing effect."
 
 
 def assumed(problem: Problem, found: Discovery) -> str:
@@ -90,27 +88,27 @@ def assumed(problem: Problem, found: Discovery) -> str:
     stated = problem.file.study.uncertainty
     if stated == FORMS_ALONE:
         return (
-            "All stated values were taken as exact, but the form of the link that bends was fitted along: how"
-            " its sensors follow its end, and where its mass is, which no beam has as a real link has it"
-            " (`uncertainty: {flexible_links: ...}` in the new study)."
+            "All stated values were taken as exact, except the form of the bending link, which was fitted,"
+            " because a real link is not exactly a beam (`uncertainty: {flexible_links: ...}` in the new"
+            " study)."
         )
     if stated == IMPACTS_ALONE:
         return (
-            "All stated values were taken as exact, but strengths and duration of the impacts were fitted"
-            " along, on which what was found depends (`uncertainty: {impacts: ...}` in the new study)."
+            "All stated values were taken as exact, except strengths and duration of the impacts, which were"
+            " fitted, because the effect depends on them (`uncertainty: {impacts: ...}` in the new study)."
         )
     if stated is not None:
         like = f" `{stated.like}`" if stated.like else ""
         return (
-            f"Masses, places, directions and gains may be off by the stated{like} uncertainty, which was"
-            " fitted along: only what it cannot explain was named."
+            f"Errors of masses, places, directions and gains were fitted as nuisance parameters within the"
+            f" stated{like} uncertainty: only what they cannot explain was named."
         )
     if found.final.gap <= MISSING:
         return ""
     return (
-        "All stated values were taken as exact.  Masses, places of sensors, gains and directions of impacts"
-        " that are some per cent, millimetres and degrees off leave such a gap too: `uncertainty: typical`"
-        " in the study takes them into account."
+        "All stated values were taken as exact.  Errors of masses, sensor places, gains and impact directions"
+        " of some per cent, millimetres and degrees would leave such a gap, too: `uncertainty: typical` in"
+        " the study takes them into account."
     )
 
 
@@ -121,9 +119,9 @@ def of_amplitude(at: str) -> str:
     if not at:
         return ""
     return (
-        f"What is left acts at {at} and depends on the strength of the impacts: any torque there, whatever"
-        " its law, would explain nearly all of it. What is measured there at each strength says whether it"
-        " slips, hardens or rubs."
+        f"The remaining gap comes from {at} and depends on the strength of the impacts: an arbitrary torque"
+        " there would explain nearly all of it. The dynamic stiffness that is measured there at each strength"
+        " shows whether the joint slips, hardens or rubs."
     )
 
 
@@ -138,12 +136,12 @@ def verdict(found: Discovery) -> tuple[str, ...]:
         )
         return nothing, *_may_hide(first.gap)
     if not found.added and found.late:
-        return (f"The gap is {before}, and nothing that explains it was found in the time that was given.",)
+        return (f"The gap is {before}, and no explanation was found within the time limit.",)
     if not found.added:
         return (
             (
-                f"The gap is {before}, and nothing in the catalogue, alone or with others, explains it:"
-                " something else is missing, or wrong in the data."
+                f"The gap is {before}, and no combination of known effects explains it: something else is"
+                " missing from the model, or the data are wrong."
             ),
         )
     names = most_important([option.effect.sentence() for option in found.added])
@@ -152,32 +150,33 @@ def verdict(found: Discovery) -> tuple[str, ...]:
         f" from {before} to {after}."
     )
     if final.gap <= QUIET:
-        return closed, *(_may_hide(final.gap) or ("What is left is noise.",))
+        return closed, *(_may_hide(final.gap) or ("The remaining residual is noise.",))
     return closed, *_not_settled(found)
 
 
 def most_important(sentences: Sequence[str]) -> str:
     """Effects, the most important first, as a list that is read at a glance: how many more there are."""
     more = len(sentences) - _SAID
-    return listed(sentences if more < 2 else [*sentences[:_SAID], f"{more} that matter less"])
+    return listed(sentences if more < 2 else [*sentences[:_SAID], f"{more} less important ones"])
 
 
 def _not_settled(found: Discovery) -> Iterator[str]:
     """What a model is worth that leaves more than noise: what it predicts, and which drives paid for it."""
     final = found.final
     if final.gap <= MISSING:
-        yield "What is left is more than noise, and nothing in the catalogue explains most of it."
+        yield "The remaining residual is more than noise, and no known effect explains most of it."
         return
     unseen = "" if math.isnan(final.gap_validation) else ", as data that were not fitted show"
     yield (
-        f"This model is predictive{unseen}; its physics is not settled: what is left is {final.gap:.1f} times"
-        " noise and not random, so that log odds are no probabilities, and intervals are too narrow."
+        f"This model is predictive{unseen}, but its physics is not settled: the remaining residual is"
+        f" {final.gap:.1f} times the noise and not random, so log odds are not probabilities, and intervals"
+        " are too narrow."
     )
     starts = {name: k for name, k in found.problem.starts.items() if name.endswith(".rz.stiffness")}
     far = [n for n, k in starts.items() if not 1 / _FAR < final.values.get(n, k) / k < _FAR]
     if far:
         many = "stiffnesses" if len(far) > 1 else "stiffness"
-        yield f"Do not rely on the {many} {listed(far)}: more than {_FAR:.0f} times from where it was stated."
+        yield f"Do not rely on the {many} {listed(far)}: more than {_FAR:.0f} times off the start value."
 
 
 def _may_hide(gap: float) -> tuple[str, ...]:
@@ -185,8 +184,8 @@ def _may_hide(gap: float) -> tuple[str, ...]:
     if not above_noise(gap):
         return ()
     return (
-        f"What is left passes as noise, but is {gap - 1:.0%} above it, more than the noise level may be wrong"
-        " by: a small effect may hide there, which would shift parameters out of their intervals.",
+        f"The remaining residual passes as noise, but is {gap - 1:.0%} above it, more than the noise level"
+        " may be wrong by: a small effect may hide in it, and would shift parameters out of their intervals.",
     )
 
 

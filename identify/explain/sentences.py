@@ -61,7 +61,7 @@ def _of_test(found: TargetResult, name: str) -> str:
             (100.0, found.tests[name].explained),
         )
     )
-    return f"On record {name}, on which nothing depended: from {before} to {after} {unit}, {taken} %."
+    return f"On test record {name}: from {before} to {after} {unit}, {taken} %."
 
 
 def _of_pairs(found: TargetResult) -> list[str]:
@@ -80,8 +80,8 @@ def notes(found: TargetResult) -> list[str]:
     v = found.values
     for row in np.flatnonzero(v.at_edge):
         said.append(
-            f"{found.words(v.effect[row])}: {v.name[row]} is at an end of the range that was searched, so the"
-            " effect may stand for something else"
+            f"{found.words(v.effect[row])}: {v.name[row]} is at a limit of its search range, so the effect"
+            " may stand for something else"
         )
     apart = np.flatnonzero((v.low_95 > v.other_high_95) | (v.high_95 < v.other_low_95))
     names = [
@@ -91,14 +91,14 @@ def notes(found: TargetResult) -> list[str]:
         listed = "; ".join(names)
         said.append(
             f"{found.target}: the two records, fitted alone, disagree beyond their intervals on {listed};"
-            " intervals hold only as far as the model does"
+            " intervals are only as valid as the model"
         )
     said += _unconfirmed(found)
     moved = float(np.sqrt((found.body_errors**2).mean())) if len(found.body_errors) else 0.0
     if moved > _CLOSE:
         said.append(
-            f"{found.target}: rigid bodies are moved {moved:.2g} times their stated uncertainty (RMS of"
-            f" {len(found.body_errors)} combinations): give `uncertainty` as it is, or something else acts"
+            f"{found.target}: errors of rigid bodies are {moved:.2g} times as large as stated (RMS of"
+            f" {len(found.body_errors)} combinations): state a larger `uncertainty`, or an effect is missing"
         )
     return said
 
@@ -107,10 +107,12 @@ def _unconfirmed(found: TargetResult) -> list[str]:
     """Effects that a pair of records does not confirm."""
     said = []
     for name, share in zip(found.pairs.effect, found.pairs.share.T, strict=True):
-        pairs = [f"{found.pairs.judge[n]} after {found.pairs.fitted[n]}" for n in np.flatnonzero(share <= 0)]
+        pairs = [
+            f"{found.pairs.judge[n]}, fitted to {found.pairs.fitted[n]}" for n in np.flatnonzero(share <= 0)
+        ]
         if pairs:
-            listed = ", ".join(pairs)
-            said.append(f"{found.words(name)}: not confirmed by {listed} (fitted to the latter alone)")
+            listed = "; ".join(pairs)
+            said.append(f"{found.words(name)}: not confirmed by record {listed}")
     return said
 
 
@@ -125,7 +127,7 @@ def _behind_the_gear(found: TargetResult) -> list[str]:
         if latency and (compliance := next(filter(None, soft), None)):
             said.append(
                 f"whether the link-side sensor of joint {joint} is late, or viscous friction of"
-                f" {latency / compliance:.3g} N m s/rad acts behind its gear: both bend it with speed"
+                f" {latency / compliance:.3g} N m s/rad acts behind its gear: both look alike"
             )
     return said
 
@@ -146,8 +148,8 @@ def unknown(found: TargetResult) -> list[str]:
         standing = [1 - curves.used.mean() for curves in found.curves.values()]
         said.append(
             f"the {found.target} at rest: {100 * np.mean(standing):.0f} % of the samples, where a joint"
-            " stands, are left out, because a standing joint's friction takes any value up to the one that"
-            " breaks it loose"
+            " stands, are left out, because friction of a joint at rest takes any value up to its breakaway"
+            " torque"
         )
     for name, rivals in zip(found.effects.name, found.effects.rivals, strict=True):
         if rivals:
@@ -159,9 +161,8 @@ def unknown(found: TargetResult) -> list[str]:
     unsure = [str(joint) for joint, noise in zip(found.joints, found.noise, strict=True) if np.isnan(noise)]
     if unsure:
         said.append(
-            f"how far the {found.target} of joint {', '.join(unsure)} is above its noise: behind a filter, or"
-            " with nothing but what is smooth in it, noise cannot be separated from the signal, so there is"
-            " no gap"
+            f"the noise of the {found.target} of joint {', '.join(unsure)}: it cannot be separated from a"
+            " filtered or smooth signal, so there is no gap"
         )
     far = [
         f"joint {joint} ({gap:.2g})"
@@ -170,7 +171,7 @@ def unknown(found: TargetResult) -> list[str]:
     ]
     if far:
         said.append(
-            f"what makes up the rest of the {found.target}: the residual is above the noise from sample to"
-            " sample (gap, 1 is noise) at " + ", ".join(far)
+            f"what the rest of the {found.target} consists of: the residual exceeds the sample-to-sample"
+            " noise (gap, 1 is noise) at " + ", ".join(far)
         )
     return said

@@ -68,8 +68,8 @@ class Fit:
         if not self.best.spent:
             return []
         return [
-            f"{self.best.sentence}, the only end that the optimizer has, so whether a better minimum exists"
-            " is not known: a last stage `gauss-newton`, or a larger budget, would tell"
+            f"{self.best.sentence}; this optimizer ends in no other way, so a better minimum may exist: add a"
+            " last stage `gauss-newton`, or a larger budget, to find out"
         ]
 
     @property

@@ -47,7 +47,7 @@ class Journal:
         numbers = np.frombuffer(record) if len(record) == 8 * count else np.full(1, np.nan)
         if np.isnan(numbers).any():
             number = self.position + 1
-            said = f"{self.part.path}: record {number} is not of this run; it and all after it are left out"
+            said = f"{self.part.path}: record {number} is not of this run; it and all later ones are ignored"
             warnings.warn(said, DamagedPart, stacklevel=2)
             self.part.keep(self.position)
             return None

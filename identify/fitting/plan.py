@@ -32,7 +32,7 @@ class StageSettings(FlatSettings):
         None,
         min_length=1,
         description=(
-            "what this stage moves, `*` for any part of a name, such as joint1.*; default: all that are free"
+            "parameters that this stage fits, `*` for any part of a name, as in joint1.*; default: all free"
         ),
     )
     measurements: list[str] | None = Field(

@@ -125,7 +125,7 @@ def _result(future: Future[list[Made]]) -> list[Made]:
     except BrokenProcessPool as error:
         check()  # they are killed with this process, and may be gone first
         fix = "resume with `--resume`, with fewer `--workers` where memory is short"
-        raise InputError("--workers", "a process that tried a model was killed", fix=fix) from error
+        raise InputError("--workers", "a worker process was killed", fix=fix) from error
 
 
 _latest: dict[Path, Any] = {}

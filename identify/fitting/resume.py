@@ -35,7 +35,9 @@ def held(path: Path, *, replace: bool = False) -> Iterator[None]:
         if report.is_dir() or report == path:
             raise InputError(str(report), "is where a report will be written", "another place", ELSEWHERE)
     if path.exists() and not replace and not result_file.kind_of(path):
-        raise InputError(str(path), "is there and no result of identify", "a new file or a result", ELSEWHERE)
+        raise InputError(
+            str(path), "exists and is no result of identify", "a new file or a result", ELSEWHERE
+        )
     with locked(path, f"wait for it, or {ELSEWHERE}"):
         remove_asides(path)
         yield

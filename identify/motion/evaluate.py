@@ -311,17 +311,19 @@ def _verdict(
     realtime: float,
 ) -> tuple[str, ...]:
     speed = (
-        f"{len(problem.records)} motions simulated {realtime:.0f} times as fast as they happen, in steps of"
+        f"{len(problem.records)} motions simulated at {realtime:.0f} times real time, in steps of"
         f" {problem.step_s:.3g} s."
     )
     if found is None:
         return (speed,)
     kept = [trial.name for trial in found.trials[1:] if trial.kept]
     first = (
-        f"The gap is {found.fit.cost:.2f} times the noise on the fitted records and {judged:.2f} on those"
-        " that judge."
+        f"The gap is {found.fit.cost:.2f} times the noise on the fitted records and {judged:.2f} on the"
+        " validation records."
     )
-    added = f"Added because they improve the records that judge: {', '.join(kept)}." if kept else ""
+    added = (
+        f"Added because they improve the fit of the validation records: {', '.join(kept)}." if kept else ""
+    )
     known = ""
     if trusted is not None:
         determined = sum(status == "determined" for status in trusted.status)
@@ -333,7 +335,7 @@ def _verdict(
 def rivals_said(found: MotionFit | None) -> tuple[str, ...]:
     """Effects that the records cannot tell from one that stayed, as sentences."""
     return tuple(
-        f"the records cannot tell {name} from {rival}, which does about as well in its place"
+        f"the records cannot tell {name} from {rival}, which explains about as much in its place"
         for name, rival in (found.rivals if found is not None else ())
     )
 
@@ -345,7 +347,7 @@ def _notes(records: dict[str, results.RecordResult]) -> tuple[str, ...]:
         if not all(np.isfinite(trace.values).all() for trace in record.signals.values())
     ]
     return (
-        (f"the motion runs away in {', '.join(lost)}: the controller is unstable with this arm",)
+        (f"the motion diverges in {', '.join(lost)}: the controller is unstable with this arm",)
         if lost
         else ()
     )

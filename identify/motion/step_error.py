@@ -38,7 +38,7 @@ class StepError:
 
     def sentence(self) -> str:
         """What a reader has to know."""
-        said = f"the step of {self.step_s:.3g} s is off by {self.mismatch:.2g} times the noise"
+        said = f"the error of the step of {self.step_s:.3g} s is {self.mismatch:.2g} times the noise"
         if self.good:
             most = float(np.nanmax(np.abs(self.shift), initial=0.0))
             return f"{said} and moves no value by more than {most:.1g} of half its interval"

@@ -85,8 +85,8 @@ class TrackerSettings(Settings):
     within_deg: float = Field(
         0.03,
         ge=0,
-        description="to what its axes and the angles at which the drives are zero are known (standard"
-        " deviation): the tool is compared beyond what that, and a shift, moves it by",
+        description="standard deviation of its axes and of the zeros of the drives: motions of the tool that"
+        " such errors, or a shift, explain are not compared",
     )
 
 
@@ -224,7 +224,7 @@ class MotionStudy(Settings):
         3.0, gt=1, description="further starts are drawn within this factor of the initial values"
     )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
-    seed: int = Field(1, ge=0, lt=2**63, description="all chance comes from this number")
+    seed: int = Field(1, ge=0, lt=2**63, description="seed of all random numbers")
 
     @model_validator(mode="after")
     def _continuous(self) -> MotionStudy:

@@ -35,11 +35,10 @@ class Registration:
     def sentence(self, record: str) -> str:
         """What it took away, and what is left."""
         return (
-            f"{record}: the tracker has a frame and a clock of its own; an offset of"
-            f" {1e3 * self.offset_s:.2f} ms, a turn of {np.degrees(self.angle):.3g}° and a shift of"
-            f" {np.linalg.norm(self.shift):.4g} m lay it on the path of the drives,"
-            f" {1e6 * self.left:.0f} µm (RMS) are left; what the arm itself lags, turns or sags by is taken"
-            " away with them"
+            f"{record}: the tracker's frame and clock were aligned with the path of the drives by an offset"
+            f" of {1e3 * self.offset_s:.2f} ms, a turn of {np.degrees(self.angle):.3g}° and a shift of"
+            f" {np.linalg.norm(self.shift):.4g} m; {1e6 * self.left:.0f} µm (RMS) remain. Lag, rotation and"
+            " sag of the arm itself are removed with them"
         )
 
 

@@ -130,7 +130,7 @@ class MotionWorkbench:
 
     def standing(self, model: FittedMotion) -> str:
         """The gap on the fitted records and on those that judge."""
-        return f"gap {model.fit.cost:.2f}, {model.gap:.2f} on the records that judge"
+        return f"gap {model.fit.cost:.2f}, {model.gap:.2f} on validation records"
 
     def _with(self, model: FittedMotion, effects: tuple[MotionCandidate, ...]) -> FittedMotion:
         """The study's model with these effects, from the values of another model unless it is known."""

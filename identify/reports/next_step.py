@@ -27,7 +27,7 @@ def next_steps(found: Result, config: Path | None = None) -> list[str]:
         and data.free
         and _has_records(data)
     ):
-        return [f"identify fit {config}   (finds its free numbers from what was recorded)"]
+        return [f"identify fit {config}   (identifies its free numbers from the records)"]
     if data.KIND == "motion":
         return _after_motion(found, config)
     return _with_files(found)
@@ -77,7 +77,7 @@ def _after_fit(found: Result, config: Path | None) -> list[str]:
         and all(m.frf is not None for m in data.measurements.values())
     ):
         why = f"the gap of {data.gap:.3g} is well above 1"
-        return [f"identify discover {config}   ({why}: finds what the model lacks)"]
+        return [f"identify discover {config}   ({why}: finds what is missing)"]
     if data.converged and data.gap <= MISSING:
         return [
             _mapped(found.path, "the model"),

@@ -29,7 +29,7 @@ def size(robot: Robot) -> Finding:
     moving, whole = (sum(one.mass for one in links) for links in (robot.links[1:], robot.links))
     sentence = (
         f"The robot file has {whole:.4g} kg, of which {moving:.4g} kg move, and reaches {reach(robot):.3g} m"
-        " from its second joint: does its data sheet say so?"
+        " from its second joint: does that agree with its data sheet?"
     )
     return Finding("info", "robot-total", (), sentence, whole)
 

@@ -53,7 +53,7 @@ class Brake:
         file = stated.study.measurements[self.number].source.name
         return (
             f"the drive of joint {self.joint} is {self.ratio:.2g} times as stiff in {file} as in the other"
-            " files, which all else agrees with: was its brake on there, or off there alone?"
+            " files, and nothing else differs: was its brake on there, or off only there?"
         )
 
     @property

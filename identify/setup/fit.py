@@ -33,4 +33,4 @@ def check_set_up(problem: Problem) -> None:
         mistakes = " and ".join(one.sentence for one in found.mistakes)
         gaps = f"gap {found.gap_before:.3g}, {found.gap_after:.3g} without"
         fix = f"correct it, as `identify check {name} --apply` does, or search with `--as-stated`"
-        raise InputError(where, f"{mistakes} ({gaps})", "a set-up that is right, before effects", fix)
+        raise InputError(where, f"{mistakes} ({gaps})", "a correct set-up before effects are searched", fix)

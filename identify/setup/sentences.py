@@ -19,17 +19,18 @@ def _instead(found: Diagnosis, others: tuple[Mistake, ...]) -> str:
     """Other mistakes that explain the data as well, as far as they differ."""
     new = [one.sentence for one in others if one not in found.mistakes]
     gone = [one.sentence for one in found.mistakes if one not in others]
-    text = f"It may as well be that {listed(new)}"
+    text = f"It may equally be that {listed(new)}"
     if gone:
         text += f", and not that {listed(gone)}"
-    return f"{text}; only a look at the test tells."
+    return f"{text}; only an inspection of the test can decide."
 
 
 def _sentence(one: Mistake) -> str:
     text = f"{capital(one.sentence)}"
     if one.otherwise:
         text += (
-            f"; as well, {listed(list(one.otherwise))} would explain it, and only a look at the test tells"
+            f"; {listed(list(one.otherwise))} would explain it as well, and only an inspection of the test"
+            " can decide"
         )
     return f"{text}."
 
@@ -37,7 +38,7 @@ def _sentence(one: Mistake) -> str:
 def _remedy(found: Diagnosis, config: str) -> str:
     sure = "more than 99.99 %" if found.probability > _SURE else f"{found.probability:.1%}"
     brings = "that brings" if len(found.mistakes) == 1 else "together they bring"
-    soft = "With every bearing, the base and the links giving way, " if found.softened else ""
+    soft = "With compliance of every bearing, the base and the links, " if found.softened else ""
     return (
         f"{capital(soft + brings)} the gap from"
         f" {found.gap_before:.3g} to {found.gap_after:.3g} (probability {sure}): change"

@@ -252,9 +252,9 @@ def _uncertain(problem: Problem) -> Iterator[Finding]:
     total = {kind: float(share[[one == kind for one in kinds]].sum()) for kind in dict.fromkeys(kinds)}
     most = max(total, key=lambda kind: total[kind])
     sentence = (
-        f"Of what is stated as uncertain, errors of {most} matter most for the parameters at their start"
-        f" values: {total[most]:.0%} of their variance, of all {sum(total.values()):.0%}; the rest is"
-        " noise."
+        f"Of the stated uncertainty, errors of {most} matter most: at the start values they cause"
+        f" {total[most]:.0%} of the parameters' variance, and all stated errors {sum(total.values()):.0%};"
+        " the rest is noise."
     )
     yield Finding("info", "stated-uncertainty", (), sentence, total[most])
 

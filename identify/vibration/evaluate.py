@@ -126,7 +126,7 @@ def _verdict(
     fit: Fit, trusted: Uncertainty, gaps: tuple[float, float], groups: Sequence[str], count: int
 ) -> tuple[str, ...]:
     starts = f"{fit.agreeing} of {len(fit.starts)} starts" if len(fit.starts) > 1 else "one start"
-    found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} led there."
+    found = f"The fit ended at a cost of {fit.cost:.4g} after {fit.seconds:.1f} s; {starts} reached it."
     parameters = len(trusted.status)
     if count <= parameters:
         quality = (
@@ -172,7 +172,7 @@ def _unstated_note(problem: Problem, trusted: Uncertainty) -> list[str]:
         return []
     return [
         "masses, places of sensors, gains and directions of impacts were taken as exact: `uncertainty:"
-        " typical` in the study fits their errors along"
+        " typical` in the study fits their errors, too"
     ]
 
 
@@ -201,8 +201,8 @@ def _start_notes(fit: Fit) -> list[str]:
     notes = []
     if len(fit.starts) > 1 and fit.agreeing == 1:
         notes.append(
-            "only one start found the best minimum, so a better one may exist: more `starts` or a larger"
-            " budget would tell"
+            "only one start found the best minimum, so a better one may exist: use more `starts` or a larger"
+            " budget to find out"
         )
     return notes + fit.end_note
 

@@ -75,11 +75,11 @@ def _finding(problem: Problem, measurement: Measurement) -> Finding | None:
     path = problem.file.resolve(measurement.settings.source)
     if not has_geometry(path, measurement.settings.format):
         return None
-    said = "The file has a geometry of its own (datasets 15 or 2411), which is not used: the points are."
+    said = "The geometry in the file (datasets 15 or 2411) is not used, because the study has points."
     try:
         theirs = read_geometry(path)
     except InputError as error:
-        return Finding("info", "file-geometry", (), f"{said} It cannot be compared with them: {error}")
+        return Finding("info", "file-geometry", (), f"{said} The two cannot be compared: {error}")
     site = measurement.system.site
     ours = sensor_geometry(site.engine, standing(problem.points, site))
     return _compared(ours, theirs, said)
@@ -97,7 +97,10 @@ def _compared(ours: MeasuredGeometry, theirs: MeasuredGeometry, said: str) -> Fi
     turn, left = _laid_on(place, other) if len(nodes) > 2 else (np.eye(3), np.inf)
     if not size or left > _ELSEWHERE * size:
         return Finding(
-            "info", "file-geometry", (), f"{said} Its nodes are others, or stand as at another posture."
+            "info",
+            "file-geometry",
+            (),
+            f"{said} Its nodes are different ones, or were measured at another posture.",
         )
     cosine = (np.einsum("nij,nij->n", axes, others @ turn) - 1) / 2
     angle = np.arccos(np.clip(cosine, -1, 1))
@@ -106,7 +109,7 @@ def _compared(ours: MeasuredGeometry, theirs: MeasuredGeometry, said: str) -> Fi
     wrong = [node for node, one in zip(nodes, angle, strict=True) if one > _TURNED]
     sentence = (
         "The geometry in the file contradicts the points of the study, which are used: it has the channels of"
-        f" nodes {listing(wrong)} turned by up to {np.degrees(np.max(angle)):.0f}°. Where the file is right,"
+        f" nodes {listing(wrong)} turned by up to {np.degrees(np.max(angle)):.0f}°. If the file is right,"
         " write rx_deg, ry_deg and rz_deg into the points."
     )
     return Finding("warn", "file-geometry", (), sentence, float(np.degrees(np.max(angle))))

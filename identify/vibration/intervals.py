@@ -94,16 +94,20 @@ def with_left_open(
     ends = left_open(problem, values)[scale.free]
     others = np.array([(unnamed or {}).get(p.name, 0.0) for p in free])
     sources = (
-        (ends, "a link that bends right beside a joint does what the joint does", " (`flexible_links.ends`)"),
-        (others, "bearings and links that have no name may give way as they usually do", ""),
+        (
+            ends,
+            "bending of a link right beside a joint cannot be told from the joint",
+            " (`flexible_links.ends`)",
+        ),
+        (others, "bearings and links too stiff to be named may be as compliant as they usually are", ""),
     )
     notes = []
     determined = np.array(trusted.status) == "determined"
     for std, cause, key in sources:
         if np.any(determined & (std > trusted.std)):
             most = int(np.argmax(np.where(determined, std / trusted.std, 0.0)))
-            open_by = f"{free[most].name} open by {100 * std[most]:.2g} %"
-            notes.append(f"{cause}: that leaves {open_by}{key}, more than the data do; intervals contain it")
+            more = f"{100 * std[most]:.2g} % of uncertainty to {free[most].name}{key}"
+            notes.append(f"{cause}: this adds {more}, more than the noise does; intervals include it")
     return with_more(trusted, np.hypot(ends, others), scale, found, *notes)
 
 

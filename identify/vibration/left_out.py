@@ -29,7 +29,7 @@ def without_noise(target: FrfTarget, values: Array) -> FrfSet:
         [c for n, c in enumerate(channels) if c in some and _moved(model, seen, axis)[n]]
         for axis, channels, some in ((1, data.outputs, outputs), (2, data.inputs, inputs))
     )
-    reason = "is nothing but noise where the model moves, as of a sensor that is not connected"
+    reason = "is nothing but noise although the model moves there, like a sensor that is not connected"
     return without(data, gone_outputs, gone_inputs, reason)
 
 

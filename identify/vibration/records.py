@@ -44,8 +44,8 @@ def with_records(problem: Problem, found: Fit, show: Show | None = None) -> tupl
     if best is None:
         return _in_doubt(problem, 1, found), found
     note = (
-        f"only every {_WORDS[times - 1]} line of records of {{:.4g}} s stands: were they no longer than one"
-        f" over their spacing, the gap would be {found.cost:.3g}, not {best.cost:.3g}"
+        f"only every {_WORDS[times - 1]} line of records of {{:.4g}} s was exported: with records as short as"
+        f" one over the spacing of lines, the gap would be {found.cost:.3g}, not {best.cost:.3g}"
     )
     best = replace(best, seconds=found.seconds + best.seconds)
     return _in_doubt(_noted(problem, note, times), times, best), best
@@ -124,9 +124,9 @@ def _in_doubt(problem: Problem, taken: int, found: Fit) -> Problem:
         if there.squares - here.squares < 2 * CONVINCING * noise and moved[most] >= SIGMAS_95:
             name = problem.parameters[int(number[most])].name
             note = (
-                f"the length of the records is not stated: {{:.4g}} s was taken, and {times / taken:.3g}"
-                f" times as long is about as likely but moves {name} by {moved[most]:.2g} of its standard"
-                " deviations: give `record_s`"
+                f"the length of the records is not stated: {{:.4g}} s was assumed, but {times / taken:.3g}"
+                f" times as long is about as likely and would move {name} by {moved[most]:.2g} standard"
+                " deviations: state `record_s`"
             )
             problem = _noted(problem, note, taken)
             break

@@ -267,7 +267,7 @@ class Study(Settings):
         3.0, gt=1, description="further starts are drawn within this factor of the initial values"
     )
     target_cost: float = Field(0.0, ge=0, description="a cost at or below this ends the fit")
-    seed: int = Field(1, ge=0, lt=2**63, description="all chance comes from this number")
+    seed: int = Field(1, ge=0, lt=2**63, description="seed of all random numbers")
     reference: Path | None = Field(
         None, description="published values (.yaml) that reports set beside the fitted ones"
     )

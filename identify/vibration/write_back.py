@@ -43,15 +43,15 @@ CORRECTIONS, LEFT = "corrections.csv", "uncertainty_left.yaml"
 _FIX = "choose another folder with `--write-back`"
 _NOTE = f"""\
 Robot, points and postures are those that a fit found: see {CORRECTIONS}.
-What is stated uncertain is as before, because these are the data of that fit. For other tests of this robot,
-{LEFT} says what it left uncertain."""
+The stated uncertainty is as before, because these are the data of that fit. For other tests of this robot,
+use the remaining uncertainty in {LEFT}."""
 _CHANGED = (
-    "the inertia found of {} is none that a body can have; the robot has the nearest that is, so that a fit"
-    " finds some of these errors again"
+    "the fitted inertia of {} is physically impossible; the robot has the nearest possible one, so a fit"
+    " finds part of these errors again"
 )
 _LEFT_NOTE = """\
-# What a fit left uncertain of what was stated, one standard deviation each: for other tests of this robot
-# with {} and {}. With the data of that fit, these would count twice.
+# What remains uncertain after a fit, one standard deviation each: for other tests of this robot
+# with {} and {}. With the data of that fit, it would count twice.
 """
 _ZERO = 1e-6
 """Errors, in units of what was stated, that are none: of what the data say nothing about."""

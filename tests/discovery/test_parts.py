@@ -238,14 +238,14 @@ class TestSentences:
     def test_something_the_catalogue_does_not_have(self) -> None:
         trial = _trial(50000, 25000, 12)
         assert (
-            "nothing in the catalogue, alone or with others, explains it"
+            "no combination of known effects explains it"
             in told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (self._step(trial),)))[0]
         )
 
     def test_a_search_that_was_cut_short_says_nothing_of_the_catalogue(self) -> None:
         trial = _trial(50000, 25000, 12)
         [said] = told.verdict(Discovery(NO_PROBLEM, trial, trial, (), (), late=True))
-        assert "in the time that was given" in said
+        assert "within the time limit" in said
         assert "catalogue" not in said
 
     def test_something_found(self) -> None:
@@ -265,7 +265,7 @@ class TestSentences:
         nothing = Discovery(NO_PROBLEM, after, after, (), (self._step(after),))
         for one in (found, nothing):
             assert hides == any("8% above it" in sentence for sentence in told.verdict(one))
-        assert hides != ("What is left is noise." in told.verdict(found))
+        assert hides != ("The remaining residual is noise." in told.verdict(found))
 
     def test_what_cannot_be_told_apart_is_said(self) -> None:
         before, after = _trial(50000, 25000, 12), _trial(1030, 520, 16, (ROCKING,))

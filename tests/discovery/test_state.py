@@ -74,7 +74,7 @@ def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
 def test_a_verdict_names_the_most_important_effects_and_counts_the_others() -> None:
     names = [f"effect {n}" for n in range(1, 12)]
     assert most_important(names[:9]).endswith(", effect 8 and effect 9")
-    assert most_important(names) == listed([*names[:8], "3 that matter less"])
+    assert most_important(names) == listed([*names[:8], "3 less important ones"])
 
 
 def _gap_without(state: State, effect: Effect) -> float:

@@ -74,7 +74,7 @@ def test_true_stiffnesses_are_in_intervals_that_know_of_a_link_without_a_name(
     wider = with_left_open(known, plain, known.initial, opened)
     assert _errors(problem, model, plain, true).max() > 2
     assert _errors(problem, model, wider, true).max() < 1.2
-    assert any("that have no name" in note for note in wider.notes)
+    assert any("too stiff to be named" in note for note in wider.notes)
 
 
 def test_nothing_is_left_open_where_nothing_was_found_or_impacts_are_simulated(

@@ -140,7 +140,7 @@ def test_reports_say_what_the_result_says(written: Path) -> None:
     for sentence in (*kept.verdict, kept.targets["torque"].effects.sentence[0]):
         assert sentence.replace("'", "&#39;") in text
     flat = " ".join(lines(printed))
-    assert "What these records cannot say" in flat
+    assert "What these records do not determine" in flat
     assert kept.targets["torque"].effects.sentence[0] in flat
     before = page.read_bytes(), printed.read_bytes()
     write_reports(written)

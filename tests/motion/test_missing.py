@@ -146,7 +146,7 @@ def few(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
 def test_nothing_is_named_where_nothing_is_missing(tmp_path: Path) -> None:
     hidden_motion.write(one_joint(), tmp_path, np.random.default_rng(7), ["one", "three"])
     result, written = run_motion_discover(tmp_path / "motion.yaml", tmp_path / "found.h5", {}, Story())
-    assert result.verdict[0].startswith("Nothing is missing that the records can show.")
+    assert result.verdict[0].startswith("The records show no missing effect.")
     assert written == [tmp_path / "found.h5"]
 
 

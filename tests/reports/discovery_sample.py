@@ -47,7 +47,7 @@ def discovery_result() -> DiscoveryResult:
         name="made_up_arm",
         verdict=(
             f"Missing from the model: {TILT}. With it, the gap goes from 12.35 to 1.03.",
-            "What is left is noise.",
+            "The remaining residual is noise.",
         ),
         notes=("only one start found the best minimum, 1 < 2 & more `starts` would tell",),
         seconds=93.25,
@@ -183,10 +183,10 @@ def _options(gap: float, best: str) -> OptionTable:
         parameters=np.array([4, 4, *([3] * (_TRIED - 2))]),
         log_odds=log_odds,
         verdict=(
-            "best" if best else "not worth its parameters",
+            "best" if best else "does not pay for its parameters",
             second,
             "explains less",
-            *("ruled out by a look at few lines",) * (_TRIED - 3),
+            *("ruled out on few lines",) * (_TRIED - 3),
         ),
     )
 

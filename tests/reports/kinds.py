@@ -68,7 +68,7 @@ _PARAMETERS = (
 _MOTION = (
     *_PARAMETERS,
     ("Effects that may be missing", "Gap", "trials/gap", 1.0),
-    ("Effects that may be missing", "Gap, records that judge", "trials/gap_validation", 1.0),
+    ("Effects that may be missing", "Gap, validation", "trials/gap_validation", 1.0),
     ("RMS difference of motor torque", "Whole record", "records/a/comparisons/motor_torque/rms:0", 1.0),
 )
 _BATCH = (
@@ -76,13 +76,13 @@ _BATCH = (
     ("Does it depend on posture?", "Fitted together", "parameters/joint_value", 1.0),
     ("Does it depend on posture?", "Chi-square", "dependence/chi_square", 1.0),
     ("Mean and scatter over all fits", "Mean", "population/mean", 1.0),
-    ("Each fit with what all others say", "joint1.rz.damping", "population/value:1", 1.0),
+    ("Each fit combined with the others", "joint1.rz.damping", "population/value:1", 1.0),
     ("Parameters by posture", "joint1.rz.stiffness", "parameters/value:0", 1.0),
     ("Parameters by posture", "joint1.rz.damping", "parameters/value:1", 1.0),
 )
 _EXPLAINED = (
-    ("Motor torque: what is left", "Held out, before", "targets/torque/rms_judge_start", 1.0),
-    ("Motor torque: what is left", "Held out, after", "targets/torque/rms_judge", 1.0),
+    ("Motor torque: residuals", "Held out, before", "targets/torque/rms_judge_start", 1.0),
+    ("Motor torque: residuals", "Held out, after", "targets/torque/rms_judge", 1.0),
     ("Motor torque: effects", "Evidence", "targets/torque/effects/evidence", 1.0),
     ("Motor torque: values", "Fitted", "targets/torque/values/value", 1.0),
     ("Motor torque: values", "Held-out record alone", "targets/torque/values/other", 1.0),

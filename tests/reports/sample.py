@@ -81,7 +81,7 @@ def modal_result(**changes: Any) -> FitResult:
         pairs,
     )
     verdict = (
-        "The fit ended at a cost of 0.00079 after 0.6 s; one start led there.",
+        "The fit ended at a cost of 0.00079 after 0.6 s; one start reached it.",
         "Second sentence.",
         "Third sentence.",
     )
@@ -217,7 +217,7 @@ def _result(measurements: dict[str, MeasurementResult]) -> FitResult:
         name="made_up_arm",
         seed=3,
         verdict=(
-            "The fit ended at a cost of 1.03 after 1.6 s; 1 of 2 starts led there.",
+            "The fit ended at a cost of 1.03 after 1.6 s; 1 of 2 starts reached it.",
             "The model agrees.",
             "3 of 4 free parameters are determined.",
         ),

@@ -172,7 +172,7 @@ def test_links_that_have_a_body_are_drawn_as_it(page: Page, files: dict[str, Pat
     """Light inside the tetrahedron of the column; without triangles there is nothing there."""
     page.open(files["modal"])
     page.run("$('robot-play').click(); $('robot').scrollIntoView()")
-    said = "Not as they look: link forearm is drawn as a line, not as its body (<arm>.dae"
+    said = "Not drawn as they look: link forearm is drawn as a line, not as its body (<arm>.dae"
     assert said in page.run("$('robot-about').textContent")
     with_bodies = _picture(page)
     page.run("DATA.measurements[0].robot.bodies.triangles = []; window.dispatchEvent(new Event('resize'))")

@@ -61,4 +61,4 @@ def test_nothing_is_said_of_what_noise_may_do() -> None:
 def test_it_is_said_that_errors_of_what_was_told_are_held() -> None:
     curve = _curve(60, 1e6, 1e5)
     assert "held" not in sentences(curve)
-    assert "Nuisance parameters are held as they were fitted" in sentences(replace(curve, errors_held=True))
+    assert "Nuisance parameters are fixed as fitted" in sentences(replace(curve, errors_held=True))

@@ -290,4 +290,4 @@ def test_what_explains_the_data_as_well_is_said_whole(
         "the FRFs of posture1.uff are 9.807 times what they should be",
         "the FRFs of posture3.uff are 0.102 times what they should be",
     }
-    assert any("It may as well be that" in text for text in sentences(found, path.name))
+    assert any("It may equally be that" in text for text in sentences(found, path.name))

@@ -72,7 +72,7 @@ def test_another_posture_or_no_geometry(problem: Problem, tmp_path: Path) -> Non
     ours = sensor_geometry(site.engine, standing(problem.points, site))
     other = ours.position_m[::-1] * [1, 1, 2]
     level, sentence = said(problem, tmp_path, MeasuredGeometry(ours.nodes, other, ours.axes))
-    assert level == "info" and "stand as at another posture" in sentence
+    assert level == "info" and "were measured at another posture" in sentence
     far = MeasuredGeometry(tuple(range(1001, 1001 + len(other))), other, ours.axes)
     assert said(problem, tmp_path, far)[0] == "info"
     assert said(problem, tmp_path, None) == ("", "")

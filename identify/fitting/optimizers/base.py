@@ -102,7 +102,7 @@ class Search:
         if self.evaluations >= self.budget:
             raise Ended(f"the budget of {self.budget} evaluations is spent", reached=False)
         if not np.isfinite(x).all():
-            raise ValueError("it asks for the cost of what is no number")
+            raise ValueError("it asks for the cost of values that are not numbers")
         x = np.clip(x, self.lower, self.upper)
         costs = self._evaluate(x) if self.whole is None else self.whole.costs(x)
         self.evaluations += len(x)

@@ -155,11 +155,11 @@ def _notes(plain: Placing, found: Registration) -> Iterator[str]:
     """What is to be said of a registration."""
     if found.rivals:
         yield (
-            f"the geometry lies as well on the robot in {count(found.rivals, 'other way')}: pair three nodes"
+            f"the geometry fits the robot as well in {count(found.rivals, 'other way')}: pair three nodes"
             " with places on links (`--pairs`)"
         )
     if found.unit != 1:
-        yield f"lengths of the geometry are {found.unit:.4g} times what its unit says, and were taken so"
+        yield f"lengths of the geometry are {found.unit:.4g} times what its unit says, and were corrected"
     off = np.degrees(found.angles - plain.angles)
     spread = np.degrees(found.angle_spread)
     wrong = [

@@ -24,12 +24,12 @@ class RegistrationSettings(Settings):
     pairs: Path | None = Field(
         None,
         description="CSV of points: some nodes, three if need be, whose place is roughly known; default: the"
-        " shape alone tells",
+        " shape alone decides",
     )
     pair_error_m: float = Field(
         0.03, ge=0.001, description="of each coordinate of these: one standard deviation"
     )
     angle_error_deg: float = Field(3.0, ge=0.01, description="of each joint angle: one standard deviation")
     length_unit: str | None = Field(
-        None, description="of a geometry that does not say it: m, mm, cm, in, ft; default: m"
+        None, description="of a geometry without a unit: m, mm, cm, in, ft; default: m"
     )

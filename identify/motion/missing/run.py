@@ -62,7 +62,7 @@ def run_motion_discover(
             bench = MissingBench(problem, at_work)
             found = bench.finished(with_missing(bench, progress))
             result = _result(found, path.parent)
-            ended = ("the search ended with its time",) if progress.late else ()
+            ended = ("the time limit was reached before the search had ended",) if progress.late else ()
             told = (*notes, *ended, *result.notes)
             return replace(result, key=key, notes=told, seconds=time.perf_counter() - began)
 
@@ -99,19 +99,17 @@ def _verdict(found: MotionFit) -> list[str]:
     )
     if not added:
         left = (
-            "is noise"
-            if first.gap_judged <= MISSING
-            else "stays unexplained: what is missing is not in the catalogue"
+            "is noise" if first.gap_judged <= MISSING else "remains unexplained: no known effect explains it"
         )
-        return [f"Nothing is missing that the records can show. The gap of {first.gap_judged:.3g} {left}."]
+        return [f"The records show no missing effect. The gap of {first.gap_judged:.3g} {left}."]
     last = added[-1] if len(added) == 1 else max(added, key=lambda trial: trial.round)
     lines = [f"Missing: {trial.name} (log odds {trial.log_odds:.0f})." for trial in added]
     gap = found.fit.cost
     lines.append(
-        f"With that the gap falls from {first.gap:.3g} to {gap:.3g} where fitted, and from"
+        f"With that the gap falls from {first.gap:.3g} to {gap:.3g} on fitted records, and from"
         f" {first.gap_judged:.3g} to {last.gap_judged:.3g} on {where}."
     )
     if last.gap_judged > MISSING:
-        lines.append("More is missing than the catalogue holds.")
+        lines.append("Something else is missing, which no known effect explains.")
     assert np.isfinite(gap)
     return lines

@@ -44,7 +44,7 @@ const ROBOT = (() => {
     $("robot-about").textContent = `${what}. Drag or arrow keys turn, wheel or + and - zoom. Largest displacement of each mode drawn equally large; `
       + `dashed: at rest. ${hasArrows() ? "Arrows: channels' directions, longer at forces. " : ""}`
       + (stages.some(stage => stage.kind === "motion") ? "Measured motion: every response to one force at one line; a click in the plot of an FRF chooses its line. " : "")
-      + (robot.bodies && robot.bodies.missing.length ? `Not as they look: ${robot.bodies.missing.join("; ")}. ` : "")
+      + (robot.bodies && robot.bodies.missing.length ? `Not drawn as they look: ${robot.bodies.missing.join("; ")}. ` : "")
       + (robot.ring.about && `Ringed: ${robot.ring.about} (${robot.ring.nodes.length ? robot.ring.nodes.join(", ") : "not stated"}).`);
     chooseMode();
   }

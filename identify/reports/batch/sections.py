@@ -33,8 +33,8 @@ _NOTE = (
 _SCATTERS = 6
 """Parameters that are drawn, those that scatter most."""
 _ABOUT = (
-    "Each fit on its own, and with what all others say of it, about the mean of all; of the parameters that"
-    " scatter most. Fits are numbered as in the table of parameters."
+    "Each fit alone, and combined with all others, relative to the mean of all; the parameters that scatter"
+    " most. Fits are numbered as in the table of parameters."
 )
 _TRENDS = (
     "Parameters of each posture on its own, with 95 % intervals, over the joint they change with, and the"
@@ -84,7 +84,13 @@ def _about(result: BatchResult, p: PopulationTable, k: int) -> Panel:
     spread = 100 * p.relative_scatter[k] * np.ones(len(fits))
     lines = [
         Line("mean of all, and scatter", fits, 0 * fits, -spread, spread),
-        Line("with all others, 95 %", fits, off(p.value[:, k]), off(p.low_95[:, k]), off(p.high_95[:, k])),
+        Line(
+            "combined with all others, 95 %",
+            fits,
+            off(p.value[:, k]),
+            off(p.low_95[:, k]),
+            off(p.high_95[:, k]),
+        ),
         Line("on its own", fits, off(result.parameters.value[:, k]), points=True),
     ]
     return Panel(Column(p.parameter[k], "% off the mean"), lines)

@@ -116,7 +116,7 @@ def _probability(p: float) -> str:
 
 def own_table(result: BatchResult, p: PopulationTable) -> Table:
     """What each fit says of each parameter with all others, with half the 95 % interval in per cent."""
-    return _by_fit(result, "Each fit with what all others say", p.value, p.low_95, p.high_95)
+    return _by_fit(result, "Each fit combined with the others", p.value, p.low_95, p.high_95)
 
 
 def value_table(result: BatchResult) -> Table:

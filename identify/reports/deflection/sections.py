@@ -66,7 +66,7 @@ def target_table(result: DeflectionResult) -> Table:
         *several(send, "mm", 1e3 * rows.target_m, six),
         *several(wanted, "mm", 1e3 * rows.tip_m, six),
     ]
-    note = "Under the force the tip then comes to where it was wanted; all of it is in the CSV."
+    note = "With this path the tip reaches the wanted place under the force; the whole path is in the CSV."
     return Table("The compensated path", columns, note)
 
 
@@ -80,7 +80,7 @@ def ellipsoid_table(result: DeflectionResult) -> Table:
         *limited("Compliance", "µm/N", sizes),
         *several(along, "", ways, digits(3)),
     ]
-    note = "Axes of the compliance ellipsoid, the softest first, in the base's axes."
+    note = "Axes of the compliance ellipsoid, the most compliant first, in the base's axes."
     return Table("Compliance ellipsoids", columns, note)
 
 

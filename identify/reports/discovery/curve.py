@@ -52,18 +52,18 @@ def place_table(step: int, places: PlaceTable) -> Table:
         Column("Numbers", "", map(str, places.unknowns), ready),
     ]
     note = (
-        "Gap left when each frequency line has an unknown of its own there, the same for all postures:"
-        " no law is assumed. Numbers: how many real numbers were fitted for that, which the gap counts."
+        "Remaining gap if each frequency line has its own unknown there, the same for all postures: no law"
+        " is assumed. Numbers: how many real numbers were fitted; the gap takes them into account."
     )
     return Table(f"Places, step {step}", columns, note)
 
 
 def sentences(curve: CurveTable) -> str:
     """What the curve says, in words."""
-    law = f"Among simple laws, {curve.laws[0]} is likeliest" if curve.laws else ""
+    law = f"Of simple laws, {curve.laws[0]} is the likeliest" if curve.laws else ""
     if len(curve.laws) > 1:
         law += f" (log odds {curve.law_log_odds[0]:.0f} over {curve.laws[1]})"
-    said = [f"{capital(curve.place)}: without any law the gap left is {curve.gap:.2f}."]
+    said = [f"{capital(curve.place)}: with a free dynamic stiffness, the gap is {curve.gap:.2f}."]
     said += [f"{capital(curve.axis)}."] if curve.axis else []
     said += [law + "."] if law else []
     apart = [name for name, rms in zip(curve.sets, curve.agreement, strict=True) if rms > AGREE]
@@ -77,9 +77,7 @@ def sentences(curve: CurveTable) -> str:
             else "All postures agree within their uncertainty."
         )
     if curve.errors_held:
-        said.append(
-            "Nuisance parameters are held as they were fitted; intervals leave out how far these may be off."
-        )
+        said.append("Nuisance parameters are fixed as fitted; intervals do not include their uncertainty.")
     return " ".join(said)
 
 

@@ -149,7 +149,7 @@ def options(step: StepResult) -> mpl.Figure:
 def _evidence_axis(axes: mpl.Axes, evidence: Array) -> None:
     """Logarithmic, with a line where evidence convinces, and words where there is none."""
     for row in np.flatnonzero(~np.isfinite(evidence)):
-        axes.text(1.1, float(row), "ruled out by a look at few lines", fontsize=6, color=MUTED, va="center")
+        axes.text(1.1, float(row), "ruled out on few lines", fontsize=6, color=MUTED, va="center")
     axes.axvline(CONVINCING, color=PALETTE[1], lw=0.7, ls=":", zorder=0)
     high = max(100.0, float(np.max(evidence, where=np.isfinite(evidence), initial=1.0)))
     axes.set(xscale="log", xlim=(0.8, 2.0 * high), xlabel=f"Evidence ({NONE})")

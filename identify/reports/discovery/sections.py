@@ -68,13 +68,13 @@ _PARTS = (
     " all that is above noise; those of bands, points, directions, impacts and measurements add up to 100 %."
 )
 _OPTIONS = (
-    "Gap: what each of the best candidates leaves on fitted data (dot) and on data that were not fitted"
-    " (circle); dashed: without it, dotted: noise. Log odds: for it over the model without it; dotted:"
-    f" {CONVINCING:.0f}, above which it convinces."
+    "Gap that remains with each of the best candidates, on fitted data (dot) and on data that were not fitted"
+    " (circle); dashed: without it, dotted: noise. Log odds: model with it against model without it; dotted:"
+    f" {CONVINCING:.0f}, above which it is convincing."
 )
 _FALLS = "Gap of each model, measured from noise (1), and what each addition does to it."
 _ROBOT = "RMS of the gap over all measurements, bands and directions of each point."
-_RINGED = " Ringed: where what was added sits, with the axes along or about which it acts."
+_RINGED = " Ringed: place of each added effect, with the axes along or about which it acts."
 _MAP = "One row per response channel, one column per band, all maps in the same colours: neutral is noise."
 _ADDED = ("Parameter", "Value", "Unit", "95 % from", "to", "±")
 _BRIEF = ("Candidate", "Gap", "Gap, other data", "Log odds", "Verdict")
@@ -86,7 +86,7 @@ def report(result: DiscoveryResult) -> Report:
     several = len(runs.runs) > 1
     table = compare_tables.parameter_table(runs) if several else parameter_table(result.before.parameters)
     ratios = ratio_parts(runs, table, f"the {next(iter(runs.runs))}")
-    before = "Before and after" if several else "The gap that is left"
+    before = "Before and after" if several else "The remaining gap"
     sections = [
         Section("path", "How the gap shrinks", _path(result), "Path"),
         Section("added", "What was added", _added(result) if several else []),
@@ -99,7 +99,7 @@ def report(result: DiscoveryResult) -> Report:
         Section("errors", "Errors of every FRF", _errors(shown), "Errors"),
         *_origin(result, several),
     ]
-    goes_on = f"The study with what was found is {result.written}, beside this result. Next: identify fit"
+    goes_on = f"The study with these effects is {result.written}, beside this result. Next: identify fit"
     opening = Text(f"{goes_on} {result.written}") if result.written else None
     return Report(tables.tiles(result), [opening], sections)
 
@@ -145,7 +145,7 @@ def _places(number_of: int, step: StepResult) -> Parts:
     if not step.places.sentence:
         return []
     table = curve.place_table(number_of, step.places)
-    return [Heading("Where it could come from", 4, on=PAGE), Tabular(table, rows=SHOWN, on=EVERYWHERE)]
+    return [Heading("Where the gap could come from", 4, on=PAGE), Tabular(table, rows=SHOWN, on=EVERYWHERE)]
 
 
 def _options(number_of: int, step: StepResult) -> Parts:

@@ -57,10 +57,10 @@ def added_table(result: DiscoveryResult) -> Table:
     ]
     note = (
         f"Gap: RMS residual over noise once it is added; before anything was added {number(first)}, on other"
-        f" data {number(first_other)}. Explained: share of what was above noise at first. Gap without it: of"
-        " the final model, if it alone is taken away; effects are in this order. Log odds: of the"
-        f" model with it over that without it; above {CONVINCING:.0f} convinces. Probability: that it is"
-        f" there, and not one of its rivals, beside all else that was named. Other data: {result.elsewhere}."
+        f" data {number(first_other)}. Explained: share of what was above noise at first. Gap without it:"
+        " of the final model without this effect alone; effects are in this order. Log odds: model with it"
+        f" against model without it; above {CONVINCING:.0f} is convincing. Probability: that it is present,"
+        f" and none of its rivals, beside all other effects named. Other data: {result.elsewhere}."
     )
     return Table("Added effects", columns, note)
 

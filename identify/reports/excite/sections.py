@@ -19,7 +19,7 @@ def report(result: ExciteResult) -> Report:
         [
             f"Send the table beside this result, one period of {result.period_s:g} s,"
             f" {result.periods} times without a stop between; it begins and ends at rest.",
-            "Run it at a tenth of its speed first, and watch what stands around.",
+            "Run it at a tenth of its speed first, and watch for obstacles.",
             "Record motor positions and torques (of transmission errors: link positions) over all periods.",
         ]
     )
@@ -37,7 +37,7 @@ def report(result: ExciteResult) -> Report:
 def _tiles(result: ExciteResult) -> Tiles:
     ratio, true = number(result.random_ratio, 3), number(result.come_true, 3)
     kept = number(100 * float(np.mean(result.promised.kept[result.promised.wanted == 1])), 3)
-    scatter = f"of the promised intervals is how far values scatter, median; {result.draws} runs"
+    scatter = f"of the promised intervals: scatter of values, median; {result.draws} runs"
     return (
         ("Motion", f"{number(result.period_s, 3)} s", f"a period, run {result.periods} times"),
         ("Against random motion", f"{ratio} times", "narrower intervals, at the median"),
@@ -93,7 +93,7 @@ def promised_table(result: ExciteResult) -> Table:
         f" standard deviations over {result.draws} simulated runs."
     )
     if not p.wanted.all():
-        note += " * found along, not what the motion was chosen for."
+        note += " * estimated as well, but not what the motion was optimised for."
     return Table("Promised intervals", columns, note)
 
 

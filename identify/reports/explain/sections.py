@@ -39,8 +39,8 @@ from identify.results.explain import ExplainResult, TargetResult
 
 _USE = {"fit": "fitted", "validate": "held out", "test": "only reported"}
 _BARS = (
-    "By effect: how much of the squares on the held-out record, before any effect, each took when it was"
-    " added, in that order. By joint: the gap, the RMS residual over noise, before and after."
+    "By effect: share of the squares on the held-out record, before any effect, that each explained when it"
+    " was added, in that order. By joint: the gap, the RMS residual over noise, before and after."
 )
 
 
@@ -50,7 +50,7 @@ def report(result: ExplainResult) -> Report:
         Section(one.target, tables.title(one), [*_target(one), *_tables(one)])
         for one in result.targets.values()
     ]
-    unknown = Section("unknown", "What these records cannot say", _unknown(result), "Cannot say")
+    unknown = Section("unknown", "What these records do not determine", _unknown(result), "Cannot say")
     return Report(tables.tiles(result), (), [*targets, unknown, *origin(result)])
 
 
@@ -76,7 +76,7 @@ def _target(found: TargetResult) -> Iterator[Part]:
         plot = histories(found, curves, f"Record {_record_name(curves)}.")
         yield plot.printed(partial(_curves, found, curves))
     if found.steps.name:
-        yield Heading("What each effect took away, and the gap")
+        yield Heading("What each effect explains, and the gap")
         yield Drawing(f"{name}-shares", partial(shares, found), _BARS, partial(_shares, found), _BARS)
 
 

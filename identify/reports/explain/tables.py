@@ -67,14 +67,12 @@ def residual_table(found: TargetResult) -> Table:
         Column("Gap before", "", found.gap_start, digits(3)),
         Column("Gap after", "", found.gap, digits(3)),
     ]
-    note = (
-        "RMS of what is left. Gap: over the noise from sample to sample on the held-out record; 1 is noise."
-    )
+    note = "RMS residual. Gap: over the sample-to-sample noise, on the held-out record; 1 is noise."
     for name, test in found.tests.items():
         columns += _levels(found, name, test.rms_start, test.rms)
     if found.tests:
-        note += f" Nothing depended on {' and '.join(found.tests)}."
-    return Table(f"{title(found)}: what is left", columns, note)
+        note += f" Only reported: {' and '.join(found.tests)}."
+    return Table(f"{title(found)}: residuals", columns, note)
 
 
 def effect_table(found: TargetResult) -> Table:
@@ -93,8 +91,8 @@ def effect_table(found: TargetResult) -> Table:
     ]
     note = (
         "By evidence on the held-out record (ln of the likelihood ratio, residuals correlated in time). Per"
-        " joint: the part of the squares left on the held-out record without this effect that it takes away,"
-        " all others staying. Not distinguishable from: effects that would do about as well in its place."
+        " joint: share of the squared residual on the held-out record that this effect explains beside all"
+        " others. Not distinguishable from: effects that would explain about as much in its place."
     )
     return Table(f"{title(found)}: effects", columns, note)
 
@@ -134,8 +132,8 @@ def value_table(found: TargetResult) -> Table:
         words("Unit", map(unit, v.unit)),
     ]
     note = (
-        "Intervals take into account that residuals are correlated in time; they hold as far as the"
-        " effects found are all there are."
+        "Intervals take into account that residuals are correlated in time; they are valid if no other"
+        " effect is missing."
     )
     return Table(f"{title(found)}: values", columns, note)
 

@@ -83,7 +83,7 @@ def _robot(measurements: list[MeasurementResult]) -> Parts:
     caption = f"The robot with its measurement points; {robot_figure.ARROWS}; floor grid 0.5 m.{first}"
     bodies = measurements[0].geometry.bodies
     if bodies is not None and bodies.missing:
-        caption += f" Not as they look: {'; '.join(bodies.missing)}."
+        caption += f" Not drawn as they look: {'; '.join(bodies.missing)}."
     postures = Drawing(
         "",
         partial(robot_figure.postures, [_view(m) for m in measurements]),

@@ -28,7 +28,7 @@ _UNITS = {"m": ("mm", 1e3), "rad": ("°", 180 / np.pi), "1": ("%", 100.0), "s": 
 def tiles(result: FitResult) -> Tiles:
     """The few numbers that are read first."""
     status = [s for s, free in zip(result.parameters.status, result.parameters.free, strict=True) if free]
-    ended = "the best start ended as it should" if result.converged else "the best start did not converge"
+    ended = "the best start converged" if result.converged else "the best start did not converge"
     return (
         ("Gap, fitted data", number(result.gap), "residual over noise; 1 is perfect"),
         ("Gap, validation", number(result.gap_validation), "the same on data that were not fitted"),
@@ -150,9 +150,9 @@ def stated_table(stated: StatedUncertainty) -> Table:
         Column("Left of ±", "%", stated.spread[order], percent),
     ]
     note = (
-        "Fitted along with the parameters where the cost is the likelihood, with what was stated as their"
-        " standard deviation. Beyond 3 the statement was too small, or something is missing from the model;"
-        " 100 % left: the data say nothing."
+        "Fitted with the parameters if the cost is the likelihood, with the stated standard deviation as"
+        " prior. Beyond 3 the statement was too small, or something is missing from the model; 100 % left:"
+        " the data do not determine it."
     )
     return Table("Nuisance parameters", columns, note)
 
@@ -169,5 +169,5 @@ def part_table(result: FitResult, stated: StatedUncertainty) -> Table:
         Column("Noise", "%", 100 * noise, digits(2)),
         *several(stated.kinds, "%", 100 * parts, digits(2)),
     ]
-    note = "Parts of the variance. What a column says would be gone if that were measured exactly."
+    note = "Shares of the variance. A column's share would vanish if that quantity were known exactly."
     return Table("Where the intervals come from", columns, note)

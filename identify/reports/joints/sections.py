@@ -90,6 +90,6 @@ def value_table(title: str, found: CurveResult) -> Table:
         *([Column("Described", "", v.expected)] if described else []),
         words("Meaning", v.meaning),
     ]
-    said = f"RMS of what is left: {number(found.rms, 3)} {unit(found.unit)}, {found.samples} samples."
-    more = " Described: what the robot's file says of the same combination." if described else ""
+    said = f"RMS residual: {number(found.rms, 3)} {unit(found.unit)}, {found.samples} samples."
+    more = " Described: the same combination by the robot file." if described else ""
     return Table(title, columns, said + more)

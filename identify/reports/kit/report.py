@@ -197,7 +197,7 @@ class Report:
         return visible([*self.opening, *(part for section in self.sections for part in section.parts)], on)
 
 
-GAP = "Gap: what is left between model and measurement (RMS), over the measurement's own noise; 1 is perfect."
+GAP = "Gap: RMS difference of model and measurement, over the measurement's own noise; 1 is perfect."
 """Stands on every page and in every PDF that has a gap."""
 
 

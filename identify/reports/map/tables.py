@@ -199,8 +199,8 @@ def corrected_table(result: MapResult, c: CorrectionRows) -> Table:
         Column("Known", "%", form=digits(2)),
     ]
     note = (
-        "With 95 % intervals of what would be measured. Known: how much of the variance before any data the"
-        " measured postures take away; 0 far from all of them, where the interval is the widest."
+        "With 95 % intervals of what would be measured. Known: share of the prior variance that the measured"
+        " postures remove; 0 far from all of them, where the interval is the widest."
     )
     return Table.of("Corrected by measured postures", heads, found, note)
 

@@ -76,7 +76,7 @@ def _pairs(found: ShapeComparison) -> Table:
         Column("MAC", "", linear, digits(3)),
         Column("MACX", "", pairs.mac, digits(3)),
     ]
-    return Table("Pairs: what the second differs by from the first", columns, "; ".join([common, *left]))
+    return Table("Pairs: difference of the second from the first", columns, "; ".join([common, *left]))
 
 
 def _channels(found: ShapeComparison) -> Table:

@@ -48,8 +48,8 @@ from identify.results.modes import AnalysedMeasurement, ModesResult
 from identify.results.tables import Geometry
 
 _NO_SHAPES = (
-    "Shapes are not drawn: where the measured points are is not known. They are in the modal table and the"
-    " universal file."
+    "Shapes are not drawn, because positions of the measured points are not known. They are in the modal"
+    " table and the universal file."
 )
 _AUTO_MAC = "Modal assurance criterion of the shapes with each other (autoMAC)."
 _MODELLED = "rebuilt from the modes"

@@ -28,8 +28,8 @@ DIAGRAM_NOTE = (
     " that were kept or dropped by hand, or that explain less than a mode must."
 )
 _DOUBTFUL = (
-    " Doubtful: a frequency whose interval is wider than the resonance, a damping whose interval holds 0, a"
-    " shape more complex than those of candidates may be."
+    " Doubtful: a frequency whose interval is wider than the resonance, a damping whose interval contains 0,"
+    " a shape more complex than is accepted of candidates."
 )
 
 
@@ -45,7 +45,7 @@ def tiles(result: ModesResult) -> Tiles:
         ("Modes", str(result.found), several),
         (f"Rebuilt {nouns}", f"{error} %", f"off (RMS over all {nouns}); 0 is perfect"),
         ("Lowest MPC", lowest, "modal phase collinearity; 1: a real shape"),
-        ("Rejected", str(rejected), "candidates that are no modes"),
+        ("Rejected", str(rejected), "candidates"),
     )
 
 
@@ -102,12 +102,12 @@ def _scatter(m: AnalysedMeasurement) -> str:
     """Where the intervals of modes come from, and what was done to their damping or shapes."""
     found, decay = m.output_only, m.frf.window_decay_per_s
     if found is None:
-        window = f"an exponential window of {number(decay)} 1/s was taken out of the damping"
+        window = f"the damping is corrected for an exponential window of {number(decay)} 1/s"
         return (
-            "from noise, with scatter over orders where more than noise is left; there a bias may come on"
-            f" top; {window if decay else 'no exponential window was stated'}"
+            "from noise, with scatter over orders where the residual exceeds noise; a bias may be added"
+            f" there; {window if decay else 'no exponential window was stated'}"
         )
-    unscaled = ", for without a force there is no modal mass" if found.scaling is None else ""
+    unscaled = ", because modal masses need a force" if found.scaling is None else ""
     return (
         f"from {found.blocks} blocks of the records, left out one by one; shapes are unscaled, their largest"
         f" component is 1{unscaled}"
@@ -153,10 +153,10 @@ def setup_table(m: AnalysedMeasurement) -> Table | None:
         words("In", [s.setup[k] for k in high]),
         Column("Unexplained", "%", 100 * off.max(axis=1), digits(2)),
     ]
-    said = "Frequency: without moved sensors. Unexplained: what their mass leaves of a pole, at most."
+    said = "Frequency: without roving sensors. Unexplained: largest shift of a pole that their mass leaves."
     if np.isfinite(s.sensor_kg):
         std = SIGMAS_95 * s.sensor_std_kg
-        said += f" Mass of a moved sensor: {number(1e3 * s.sensor_kg)} ± {number(1e3 * std, 1)} g (95 %)."
+        said += f" Mass of a roving sensor: {number(1e3 * s.sensor_kg)} ± {number(1e3 * std, 1)} g (95 %)."
     if s.together:
         said = "The modes are those of all FRFs at once; frequency: by setups."
     return Table(f"Setups, {m.name}", columns, said)

@@ -20,7 +20,7 @@ def tiles(result: MotionResult) -> Tiles:
     """The few numbers that are read first."""
     what = "at the study's numbers" if result.parameters is None else "as fitted"
     seconds = f"{sum(r.time_s[-1] for r in result.records.values()):.1f} s of motion"
-    speed = f"as fast as it happens, in steps of {result.step_s:.3g} s"
+    speed = f"real time, in steps of {result.step_s:.3g} s"
     return (
         ("Gap", number(result.gap, 3), f"RMS over noise, {what}"),
         ("Gap, not fitted", number(result.gap_validation, 3), "the same on records for validation"),
@@ -187,8 +187,8 @@ def _glitch_table(name: str, g: Glitches) -> Table:
         Column("Of the end", "µm", [f"{1e6 * one:.0f}" for one in g.end], ready),
     ]
     note = (
-        "What the friction of a joint adds to the radial error, outwards positive, within 30° behind where"
-        " it turns round: the model with it less the model without."
+        "Radial error due to the friction of a joint, outwards positive, within 30° after its reversal: the"
+        " model with it minus the model without."
     )
     return Table(f"Glitches of {name} by joint", columns, note)
 
@@ -203,14 +203,14 @@ def trial_table(result: MotionResult) -> Table | None:
         Column("Round", "", [f"{turn:.0f}" for turn in t.round], ready),
         words("Effect added", t.name),
         Column("Gap", "", t.gap, digits(3)),
-        Column("Gap, records that judge", "", t.gap_validation, digits(3)),
+        Column("Gap, validation", "", t.gap_validation, digits(3)),
         Column("Log odds", "", [f"{one:.0f}" if np.isfinite(one) else NONE for one in odds], ready),
         words("Decision", ["kept" if kept else "" for kept in t.kept]),
     ]
     note = (
-        "Each is added to the model of its round and fitted; the likeliest stays if the records that judge"
-        f" are for it (log odds above {'5' if result.searched else '2'}) and it takes 1 % off their gap."
+        "Each is added to the model of its round and fitted; the likeliest stays if the validation records"
+        f" support it (log odds above {'5' if result.searched else '2'}) and it reduces their gap by 1 %."
     )
     if result.searched:
-        note += " Tried are those of the whole catalogue that promise most to first order."
+        note += " Only the most promising of the catalogue, to first order, are tried."
     return Table("Effects that may be missing", columns, note)

@@ -46,7 +46,7 @@ _MODES = 8
 def report(result: PlanResult) -> Report:
     """What is said of a plan."""
     sheet = [
-        "Take up each posture, brakes closed or servos holding still; every impact in every posture.",
+        "Move to each posture, with brakes closed or servos on; make every impact in every posture.",
         f"Records of {1 / result.resolution_hz:.3g} s or more from just before the impact; four impacts or"
         " more a point, for the coherence.",
         "If the response has not died away at the end, use an exponential window on force and response, and"

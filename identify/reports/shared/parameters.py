@@ -29,8 +29,8 @@ def parameter_table(p: ParameterTable) -> Table:
     ]
     note = (
         "± is half the 95 % interval over the value. Determined: the interval stays within a factor of two;"
-        " not determined: it reaches beyond a factor of seven. At a bound: the fit would take the value"
-        " further than it may, and the interval has one side."
+        " not determined: it reaches beyond a factor of seven. At a bound: the fit would exceed the bound,"
+        " and the interval is one-sided."
     )
     return Table("Parameters", columns, note)
 

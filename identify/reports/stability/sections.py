@@ -73,7 +73,7 @@ def limit_table(result: StabilityResult) -> Table:
         Column("Chatter", "Hz", limits.chatter_hz),
         Column("Zeroth order", "mm", 1e3 * limits.zeroth_order),
     ]
-    note = "∞: stable up to the largest depth. Zeroth order knows the mean of the cut alone."
+    note = "∞: stable up to the largest depth. Zeroth order: with the mean cutting force alone."
     return Table("Depth limits", columns, note)
 
 
@@ -157,8 +157,8 @@ def _lobes(result: StabilityResult) -> Plot:
     depth = Panel(Column("Depth of cut", "mm"), lines, top=top)
     chatter = Panel(Column("Chatter", "Hz"), [Line("frequency of chatter", rpm, limits.chatter_hz)])
     caption = (
-        f"Above the line the cut of {result.tool} chatters, at the frequency below; bands of {result.draws}"
-        " draws of what fit, model, cut and posture leave open."
+        f"Above the line the cut of {result.tool} chatters, at the frequency below; bands by {result.draws}"
+        " draws of the uncertainty of fit, model, cut and posture."
     )
     return Plot("lobes-plot", Column("Spindle speed", "rpm"), [depth, chatter], caption, log_x=True)
 

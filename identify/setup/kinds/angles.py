@@ -107,7 +107,7 @@ def order(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     now = stated.study.joint_angles.order or list(range(1, count + 1))
     yield Hypothesis(
         "joint-order",
-        "the joint angles stand from the last joint to the first",
+        "the joint angles are listed from the last joint to the first",
         _edit("order", now[::-1]),
         "order",
     )

@@ -103,7 +103,7 @@ def gravity(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 
 def window(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
-    """An exponential window that the study does not tell."""
+    """An exponential window that the study does not state."""
     if any(one.window_decay_per_s for one in stated.measured):
         return
     if any(effect.kind == "window-decay" for effect in stated.study.effects):
@@ -115,7 +115,7 @@ def window(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         return tuple(Edit(("measurements", number, "window_decay_per_s"), decay) for number in numbers)
 
     effects = [*_effects(stated), {"kind": "window-decay"}]
-    sentence = "an exponential window was put on the records that the study does not tell"
+    sentence = "the records have an exponential window that the study does not state"
     yield Hypothesis("window", sentence, (Edit(("effects",), effects),), "window", settle)
 
 

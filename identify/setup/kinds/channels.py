@@ -189,7 +189,7 @@ def _elsewhere(stated: Stated, node: int, names: list[str]) -> Iterator[tuple[On
         if stated.study.points_frame == "link":
             yield OnLink(node, name), replace(told, link=name), ""
         there = on_link(told, name, stated.robot, posture)
-        yield OnLink(node, name, there), there, ", at the place where it is"
+        yield OnLink(node, name, there), there, ", at its stated position in space"
 
 
 def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:

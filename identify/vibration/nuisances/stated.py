@@ -18,8 +18,8 @@ from identify.vibration.nuisances.nuisance import FORCE, Nuisance
 from identify.vibration.problem import Problem
 
 _HELD = (
-    "The cost is no likelihood, so nuisance parameters were not fitted: the intervals carry them as far"
-    " as they move its optimum."
+    "The cost is no likelihood, so nuisance parameters were not fitted: their effect on the optimum is"
+    " included in the intervals."
 )
 _NOTABLE, _FEW = 0.01, 6
 """Chance below which an error stands out; how many are put in words at most."""
@@ -150,12 +150,12 @@ def _several(kind: str, place: str, amount: Array, some: Sequence[Nuisance]) -> 
     return {
         "centres of mass": f"the centre of mass of {place} is {1e3 * size:.1f} mm off {along}",
         "inertias": f"the inertia of {place} is up to {_percent(most)} off",
-        "places of points": f"point {place} is {1e3 * size:.1f} mm beside its place {along}",
-        "directions of sensors": f"sensor {place} is {np.degrees(size):.1f}° askew",
-        "directions of impacts": f"the impact {place} was {np.degrees(size):.1f}° askew",
+        "places of points": f"point {place} is {1e3 * size:.1f} mm off its stated place {along}",
+        "directions of sensors": f"sensor {place} is turned by {np.degrees(size):.1f}°",
+        "directions of impacts": f"the impact {place} was turned by {np.degrees(size):.1f}°",
         "joint angles": f"the angles of {place} are up to {np.degrees(most):.2f}° off",
-        "forms of bending links": f"{place} is off a beam by up to {100 * most:.0f} %",
-        "places of joints": f"{place} sits {1e3 * size:.1f} mm beside its place",
+        "forms of bending links": f"{place} differs from a beam by up to {100 * most:.0f} %",
+        "places of joints": f"{place} is {1e3 * size:.1f} mm off its stated place",
     }[kind]
 
 
