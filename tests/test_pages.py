@@ -67,7 +67,7 @@ def test_a_number_that_nobody_stated_is_noticed() -> None:
     """Negative control of what counts as a number; a cell of no run, or of several, is refused."""
     assert NUMBER.findall("it leaves 7.31 of 2 (docs/v1.2, 10.1007/s12206-014-0139-x)") == ["7.31"]
     with pytest.raises(KeyError, match="0 rows"):
-        cell("kuka_kr300", "Motor torque: what is left; 9; Explained (%)")
+        cell("kuka_kr300", "Motor torque: residuals; 9; Explained (%)")
     with pytest.raises(KeyError, match="5 rows"):
         cell("kuka_kr300", "Motor torque: values; torque ripple of motor 1, 8 waves per motor turn; Fitted")
 

@@ -62,7 +62,7 @@ def test_turned_channels_are_said_whatever_the_frame_of_the_file(problem: Proble
     nodes = f"nodes {right.nodes[0]}, {right.nodes[2]} turned by up to 90°"
     for frame in (np.eye(4), pose((1, 2, 3), (0.4, -1.2, 2.0))):
         level, sentence = said(problem, tmp_path, moved(right, frame))
-        assert level == "info" and "is not used: the points are. Both agree." in sentence
+        assert level == "info" and "is not used, because the study has points. Both agree." in sentence
         level, sentence = said(problem, tmp_path, moved(wrong, frame))
         assert level == "warn" and nodes in sentence
 
