@@ -68,7 +68,7 @@ def test_a_stage_moves_what_it_names_and_the_next_goes_on_from_there(problem_wit
         (
             "genetic-algorithm",
             True,
-            "the budget of 60 evaluations is spent, the only end that the optimizer has",
+            "the budget of 60 evaluations is spent; this optimizer ends in no other way",
         ),
         ("cma-es", False, "the best start did not converge: the budget of 60 evaluations is spent"),
     ],

@@ -9,9 +9,9 @@ from identify.results.batch import DependenceTable, JobTable, ParametersByPostur
 from identify.results.fit import FitResult
 
 MEANING = (
-    "A stiffness or damping of a joint does not know the posture: that it seems to is a sign of an effect"
-    " that the model lacks or places elsewhere (bending of a link, compliance of the base or of the other"
-    " axes, a balancer, a hose, friction), which the fit of each posture loads onto it"
+    "Stiffness and damping of a joint do not depend on posture. If they seem to, an effect is missing from"
+    " the model or acts elsewhere (bending of a link, compliance of the base or of the other axes, a"
+    " balancer, a hose, friction), and the fit of each posture attributes it to the joint"
 )
 _LEAST_FREEDOM = 5
 _RISE = 1.1
@@ -42,7 +42,7 @@ def population_notes(p: PopulationTable | None) -> Texts:
     if p is None:
         return ()
     said = [
-        f"{name} was said to be the same in all fits, but they differ in it more than their intervals allow"
+        f"{name} is stated to be the same in all fits, but they differ in it more than their intervals allow"
         for name, shared, differs in zip(p.parameter, p.shared, p.differs, strict=True)
         if shared and differs
     ]
@@ -145,9 +145,9 @@ def notes(jobs: JobTable, d: DependenceTable, together: FitResult | None) -> Tex
     if together is not None and len(own) and np.isfinite(together.gap):
         rms = float(np.sqrt(np.mean(own**2)))
         worse = (
-            "so one set of parameters does not do for all postures"
+            "so one set of parameters does not describe all postures"
             if together.gap > _RISE * rms
-            else "so one set does for all postures"
+            else "so one set describes all postures"
         )
         said.append(
             f"fitted together the residual is {together.gap:.2f} times the noise, each on its own {rms:.2f}"

@@ -133,7 +133,7 @@ def _verdict(study: ExciteStudy, table: ExcitedTable, ratio: float, true: float)
     }[study.target]
     return (
         f"{study.periods} periods of {study.period_s:g} s determine {int(wanted.sum())} {what}: at the"
-        f" median, intervals are {ratio:.3g} times narrower than those of motion at random within the same"
+        f" median, intervals are {ratio:.3g} times narrower than those of random motion within the same"
         " limits.",
         f"In the rehearsal values scatter by {true:.3g} of the promised intervals at the median; the promised"
         f" intervals contain the truth in {100 * float(table.kept[wanted].mean()):.3g} % of all cases.",
@@ -142,10 +142,10 @@ def _verdict(study: ExciteStudy, table: ExcitedTable, ratio: float, true: float)
 
 def _notes(study: ExciteStudy, table: ExcitedTable) -> tuple[str, ...]:
     said = [
-        "whether the robot meets itself, its cables or what stands around it is not known here: run it slowly"
-        " first",
-        "the promise holds for white noise as stated, and for a robot that is as its model; the rehearsal"
-        " adds the noise of positions and what the low-pass does",
+        "collisions of the robot with itself, its cables or its surroundings are not checked: run the motion"
+        " slowly first",
+        "the promise holds for white noise as stated, and for a robot like its model; the rehearsal adds the"
+        " noise of positions and the low-pass",
     ]
     few = [name for name, share in zip(table.name, table.kept, strict=True) if share < _FEW]
     if few:

@@ -149,7 +149,7 @@ def _left_out(fit: FitResult, model: FittedModel, system: System) -> list[str]:
     """What of the model the matrices do not have."""
     there = {effect.sentence() for effect in model.effects}
     measured = [sentence for sentence in fit.effects if sentence not in there]
-    notes = [f"left out, as a matter of the measurement: {listed(measured)}"] if measured else []
+    notes = [f"left out, because it belongs to the measurement: {listed(measured)}"] if measured else []
     amplitude = [effect.sentence() for effect in model.effects if effect.of_amplitude]
     if amplitude:
         notes.append(f"left out, because it depends on the amplitude: {listed(amplitude)}")

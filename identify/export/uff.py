@@ -134,7 +134,7 @@ def _window(compared: FrfComparison) -> Iterable[str]:
     if decay:
         yield (
             f"FRFs are as they were measured, with an exponential window of {decay:g} 1/s, which the format"
-            f" cannot say: `identify modes --window-decay {decay:g}`; shapes are without it"
+            f" cannot state: `identify modes --window-decay {decay:g}`; shapes are without it"
         )
 
 

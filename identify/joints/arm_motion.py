@@ -204,11 +204,9 @@ def _warned(judges: Sequence[ArmRun], values: Array, rms: float) -> tuple[str, .
     """A note for each run that is not foretold about as well as those that were fitted."""
     left = {run.motion.name: (run.torque - run.columns @ values)[run.used] for run in judges}
     worse = {name: float(np.sqrt((one**2).mean())) / rms for name, one in left.items()}
-    fix = (
-        "the fitted motion excites too little, and what looks like values there fits what is not in the model"
-    )
+    fix = "the fitted motion excites too little, so values may fit errors of the model"
     return tuple(
-        f"{name}, not fitted, is foretold {ratio:.2g} times worse; {fix}"
+        f"{name}, not fitted, is predicted {ratio:.2g} times worse; {fix}"
         for name, ratio in worse.items()
         if ratio > _WORSE
     )
@@ -287,6 +285,6 @@ def _pairs(rows: Sequence[int]) -> Iterator[tuple[int, int, float]]:
 def _sentence(drive: int, other: int, share: float, part: float) -> str:
     return (
         f"if motor {drive + 1} also turns {share:+g} times with joint {other + 1}, its friction and inertia"
-        f" take {100 * part:.0f} % of the squares left at joints {drive + 1} and {other + 1}: where the wrist"
-        " is built so, state `coupling`; until then take no friction or inertia of the two as determined"
+        f" explain {100 * part:.0f} % of the squared residual of joints {drive + 1} and {other + 1}: if the"
+        " wrist is built so, state `coupling`; otherwise friction and inertia of the two are not reliable"
     )

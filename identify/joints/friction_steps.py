@@ -67,8 +67,8 @@ class FrictionConstantVelocity(JointCurve):
         said += f"{np.degrees(velocity.max()):.3g} deg/s"
         notes = (
             [
-                f"the points scatter {excess:.2g} times as far as their own noise, so the curve is not all"
-                " there is"
+                f"the points scatter {excess:.2g} times as far as their own noise: something else acts beside"
+                " the curve"
             ]
             if excess > 3
             else []

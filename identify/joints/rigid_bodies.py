@@ -29,8 +29,8 @@ _PARTS |= {f"inertia_{pair}": "kg m^2" for pair in ("xx", "xy", "xz", "yy", "yz"
 _TOLD = 0.5
 """Part of the description's standard deviation to which torques must narrow a value to determine it."""
 _CHANGED = (
-    "{} is described with a moment of inertia that exceeds the sum of the others; taken instead: the nearest"
-    " that a body can have"
+    "{} is described with a moment of inertia that exceeds the sum of the others; the nearest possible one"
+    " is used"
 )
 _STEP = 1e-30
 """Of derivatives by complex steps, which have no rounding to be weighed against."""
@@ -187,7 +187,7 @@ def _said(arm: ArmRegression, base: Array, fit: ConsistentFit, values: Array) ->
     sizes = np.linalg.eigvalsh(fit.pseudo_inertias(values))
     told = 100 * (arm.rms(base) / arm.rms(arm.values) - 1)
     return (
-        f"RMS of what is left {arm.rms(base):.4g} N m, {told:.2g} % more than of base parameters that need"
+        f"RMS residual {arm.rms(base):.4g} N m, {told:.2g} % more than of base parameters that need"
         f" not be those of bodies ({arm.rms(arm.values):.4g} N m); every pseudo-inertia is positive definite,"
         f" its least eigenvalue over its largest at least {float((sizes[:, 0] / sizes[:, -1]).min()):.2g}"
     )

@@ -167,8 +167,8 @@ def _notes(fit: FitResult) -> tuple[str, ...]:
     return (
         *of_fit(fit),
         *of_gap(fit.gap, "which the intervals include as errors of the stiffnesses"),
-        "stiffness is that of vibration, small and about a posture: friction that sticks and gears that are"
-        " softer under small loads are not in it",
+        "stiffness is that of small vibration about a posture: static friction and gears that are more"
+        " compliant under small loads are not included",
     )
 
 

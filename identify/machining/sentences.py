@@ -59,8 +59,8 @@ def _beside(depth: float, deepest: float) -> str:
     if deepest <= depth:
         return ""
     return (
-        "; deeper cuts are stable where, at their speed, the wave that the last tooth left holds the tool"
-        " back, which it does not where a tooth meets none"
+        "; deeper cuts are stable only at speeds where the wave left by the last tooth stabilises them, and"
+        " not where a tooth meets no wave"
     )
 
 
@@ -96,7 +96,7 @@ def _apart(one: Array, other: Array) -> float:
 def of_robot(fit: FitResult) -> tuple[str, ...]:
     """What a reader must be warned of a fit."""
     gap = of_gap(
-        fit.gap, "which the bands hold as errors of the stiffnesses that come anew at every frequency"
+        fit.gap, "which the bands include as errors of the stiffnesses, independent at each frequency"
     )
     return (*of_fit(fit), *gap)
 
@@ -164,6 +164,6 @@ def of_model(model: FittedModel) -> tuple[str, ...]:
     if model.off is None:
         return ()
     return (
-        "nuisance parameters are as the fit found them; what they leave uncertain is in the intervals,"
-        " but for how errors of lengths and angles turn the tool itself",
+        "nuisance parameters are as fitted; their uncertainty is in the intervals, except that errors of"
+        " lengths and angles also turn the tool",
     )

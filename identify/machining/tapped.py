@@ -140,7 +140,7 @@ def of_modes(found: AnalysedMeasurement, tool: Tool, where: str, speeds: int, dr
     """The same by the modes that were found in such FRFs."""
     frf = found.frf
     if found.output_only is not None:
-        raise InputError(found.file, "modes from responses alone", "modes of FRFs, which tell what forces do")
+        raise InputError(found.file, "modes from responses alone", "modes of FRFs, which have modal masses")
     texts = zip(frf.output, frf.input, strict=True)
     pairs = [(Channel.parse(output), Channel.parse(force)) for output, force in texts]
     node = _node(pairs, tool, found.file)
@@ -151,7 +151,7 @@ def of_modes(found: AnalysedMeasurement, tool: Tool, where: str, speeds: int, dr
     rest = np.sqrt(np.mean(np.abs(axes @ left @ axes.T) ** 2, axis=0) / 2)
     turned = np.asarray(axes @ rebuilt @ axes.T)
     known = tip_modes(found.modes, frf.frequency_hz, s, POWER[frf.quantity], turned, rest)
-    said = "the tip is that of the modes in the file; what they leave of its FRFs is taken as noise"
+    said = "the tip is that of the modes in the file; the residual of its FRFs is taken as noise"
     return _tapped(known, node, axes, (*assumed, said), tool, where, speeds, draws)
 
 

@@ -11,9 +11,9 @@ from identify.vibration.notes import of_fit
 
 _NAMES = {"depth": "depth limit", "deflection": "static deflection", "frequency": "frequency of mode 1"}
 _HOLDS = {
-    "depth": "hold the misfit too, but know of no other lobe: see `identify stability` where it matters",
-    "deflection": "hold the misfit too",
-    "frequency": "do so as well",
+    "depth": "include the misfit, but not other lobes: see `identify stability` where it matters",
+    "deflection": "include the misfit, too",
+    "frequency": "include the noise only, too",
 }
 
 
@@ -39,7 +39,7 @@ def verdict(result: MapResult) -> tuple[str, ...]:
     angles = ", ".join(f"{angle:.4g}" for angle in rows.posture_deg[weak])
     softest = (
         f"The tool is most compliant at {rows.name[weak]} ({angles})°: {1e6 * peak[weak]:.3g} µm/N at a"
-        " resonance, along the softest axis of the base."
+        " resonance, along the most compliant axis of the base."
     )
     of_limit = () if limit is None else best_and_worst(rows, limit)
     told = () if result.learnt is None else tuple(map(str, of_processes(result.learnt)))
@@ -124,12 +124,10 @@ def notes(fit: FitResult, result: MapResult) -> tuple[str, ...]:
     limit = result.limit
     said = [
         *of_fit(fit),
-        "intervals say what the noise of the fitted data leaves open; what the model lacks is not in them",
+        "intervals include the noise of the fitted data, but not what is missing from the model",
     ]
     if result.learnt is not None:
-        said.append(
-            "those of corrected values hold what the model was seen to lack, as measured postures have it"
-        )
+        said.append("those of corrected values include the errors of the model that measured postures show")
     if limit is not None:
         said.append(f"those of the {_NAMES[limit.kind]} {_HOLDS[limit.kind]}")
     return tuple(said)

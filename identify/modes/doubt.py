@@ -47,5 +47,5 @@ def disagreement_note(name: str, found: Disagreement, modes: int) -> str:
     return (
         f"{name}: the FRFs do not share their poles: one by one they show modes at {listed(places)}{several}."
         " The structure changed between them, as with an accelerometer that was moved: give `--roved`, or a"
-        " file for each place, and what its mass did is taken out"
+        " file for each place, to remove the effect of its mass"
     )

@@ -259,7 +259,7 @@ def _rebuilt(m: AnalysedMeasurement) -> str:
         return ""
     median = float(np.nanmedian(m.frf.relative_error))
     said = (
-        f"FRFs rebuilt from them are off by {100 * m.total_error:.3g} % (RMS over all; median FRF"
+        f"FRFs rebuilt from them differ by {100 * m.total_error:.3g} % (RMS over all; median FRF"
         f" {100 * median:.3g} %)."
     )
     if m.total_error < FAILED_REBUILD:
@@ -309,6 +309,6 @@ def _window(m: AnalysedMeasurement) -> str:
     most = int(np.argmax(seen - ratio))
     change = f"{100 * seen[most]:.3g} % became {100 * ratio[most]:.3g} %"
     return (
-        f"The damping of the exponential window ({decay:.4g} 1/s) was taken out; at"
+        f"Damping is corrected for the exponential window ({decay:.4g} 1/s); at"
         f" {m.modes.frequency_hz[most]:.4g} Hz {change}."
     )

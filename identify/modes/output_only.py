@@ -276,8 +276,8 @@ def _harmonics(m: AnalysedMeasurement) -> str:
     shown = [*parts[:8], f"{len(parts) - 8} more"] if len(parts) > 8 else parts
     return (
         f"{count(len(parts), 'tone')} of steady amplitude or at a multiple of a stated speed"
-        f" ({100 * np.sum(tones.share):.2g} % of all power): {listed(shown)}. They were brought down to what"
-        " is beside them before the analysis, and no pole there as narrow as a tone counts as a mode."
+        f" ({100 * np.sum(tones.share):.2g} % of all power): {listed(shown)}. They were reduced to the"
+        " level beside them before the analysis, and no pole there as narrow as a tone counts as a mode."
     )
 
 
@@ -299,5 +299,5 @@ def _longer(m: AnalysedMeasurement) -> str:
     return (
         f"The damping of {count(len(unsure), 'mode')} is known to no better than {_UNSURE:.0%}, worst at"
         f" {m.modes.frequency_hz[worst]:.4g} Hz ({half[worst]:.0%}): about {seconds:.2g} s of records would"
-        " tell it so well."
+        " be needed for that."
     )

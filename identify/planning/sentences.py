@@ -45,7 +45,7 @@ def verdict_apart(
         f"{sizes[0]} postures, {sizes[1]} impacts and {sizes[2]} sensors tell the model from {rival}:"
         f" with all parameters of both fitted anew, they differ by {apart:.3g} standard deviations, {enough};"
         f" tests of the same size at random differ by {random:.3g} (the median), {ratio:.3g} times less.",
-        f"Whichever is right, the test is expected to say so with log odds of {apart**2 / 2:.3g}, and does in"
+        f"Whichever is right, the expected log odds for it are {apart**2 / 2:.3g}, and the test prefers it in"
         f" {_percent(chance)} % of all cases.",
     )
 
@@ -77,8 +77,8 @@ def notes(known: Known) -> tuple[str, ...]:
     ]
     if known.settings is not None:
         said.append(
-            "promised intervals count the stated nuisance parameters; postures, impacts and sensors were"
-            " chosen as if all were as stated"
+            "promised intervals include the stated uncertainty; postures, impacts and sensors were chosen"
+            " without it"
         )
     if known.config_folder is None:
         said.append(

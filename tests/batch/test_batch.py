@@ -66,8 +66,8 @@ def test_it_finds_that_a_stiffness_depends_on_posture(undisturbed: BatchResult) 
     row = d.parameter.index("joint2.rz.stiffness")
     assert d.trend_joint[row] == 3
     assert d.slope_per_rad[row] == pytest.approx(0.15, abs=0.02)
-    assert "sign of an effect that the model lacks" in undisturbed.notes[0]
-    assert any("one set of parameters does not do" in note for note in undisturbed.notes)
+    assert "an effect is missing from the model" in undisturbed.notes[0]
+    assert any("one set of parameters does not describe" in note for note in undisturbed.notes)
     truth = np.array([planar.with_posture(np.deg2rad(q))[1] for q in undisturbed.jobs.posture_deg])
     column = undisturbed.parameters.name.index("joint2.rz.stiffness")
     away = np.log(undisturbed.parameters.value[:, column] / truth) / undisturbed.parameters.std[:, column]

@@ -166,4 +166,4 @@ def test_a_cut_deeper_than_the_limit_of_mode_coupling_is_explained(coupled_mm: f
     coupling = np.array([1e-3 * coupled_mm, 1.9e-3, 2.1e-3, 18.5])
     said = " ".join(verdict(sample.limits, sample.checks, coupling, 10e-3))
     assert "The deepest stable cut is at 7,000 rpm: 3.5 mm" in said
-    assert ("deeper cuts are stable where, at their speed, the wave" in said) == beyond
+    assert ("deeper cuts are stable only at speeds where the wave" in said) == beyond

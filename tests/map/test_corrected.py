@@ -63,7 +63,7 @@ def test_postures_that_were_not_measured_are_told_better(twelve: tuple[MapResult
         > 3
     )
     assert any("natural frequencies are corrected by 12 measured postures" in one for one in result.verdict)
-    assert any("what the model was seen to lack" in note for note in result.notes)
+    assert any("the errors of the model that measured postures show" in note for note in result.notes)
 
 
 def test_of_two_postures_it_says_that_it_does_not_know(measured: Measured, tmp_path: Path) -> None:

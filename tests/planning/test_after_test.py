@@ -166,7 +166,7 @@ def test_a_fit_s_own_test_is_promised_what_the_fit_found(careful: Path) -> None:
 def test_a_plan_counts_what_was_told(careful: Path, tmp_path: Path) -> None:
     size = PlanOptions(postures=1, impacts=1, sensors=1, among=1)
     found, _ = run_plan(careful, size, tmp_path / "p.h5")
-    assert any("stated nuisance parameters" in note for note in found.notes)
+    assert any("include the stated uncertainty" in note for note in found.notes)
     assert np.all(found.promised.promised < found.promised.now)
 
 

@@ -23,7 +23,7 @@ def deflection_result() -> DeflectionResult:
     return DeflectionResult(
         name="made_up_path",
         verdict=("A force of 112 N moves the tip by 343 µm.",),
-        notes=("stiffness is that of vibration",),
+        notes=("stiffness is that of small vibration",),
         seconds=0.5,
         provenance=frf_result(60, 4).provenance,
         model="fit.h5",

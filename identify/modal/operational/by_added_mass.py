@@ -153,7 +153,7 @@ def by_added_mass(
     mass = np.array([added_kg.get(c.node, 0.0) * (abs(c.direction) <= _AXES) for c in channels])
     modes, several = len(found.frequency_hz), len(heavier.frequency_hz)
     does = "does" if several == 1 else "do"
-    few = f"{count(several, 'mode')} with the mass at {count(len(own), 'channel')} {does} not tell"
+    few = f"{count(several, 'mode')} with the mass at {count(len(own), 'channel')} {does} not determine"
     few = f"{few} {modes} modal masses"
     by_mode = MassesByMode(modes, few)
     if not modes or modes > several * len(own):

@@ -72,7 +72,7 @@ def records_of(
     band, notes = _band(history, band_hz, least_damping)
     if history.forces:
         names = ", ".join(str(history.channels[i]) for i in history.forces)
-        notes.append(f"{where}: the force {names} was left out; FRFs of it tell more, with modal masses")
+        notes.append(f"{where}: the force {names} was left out; its FRFs would also give modal masses")
     units = [parse_signal_unit(history.units[i], where) for i in chosen]
     takes = [_moving(take[:, chosen], [history.channels[i] for i in chosen], where) for take in history.data]
     whole = Records(
@@ -132,7 +132,7 @@ def _too_short(where: str, seconds: float, damping: float, low: float) -> InputE
     return InputError(
         where,
         f"a record of {seconds:.4g} s for a damping ratio of {damping:.3g} at {low:.4g} Hz",
-        f"{needed:.3g} s or more, which tell it to {_TOLD:.0%}",
+        f"{needed:.3g} s or more, for an accuracy of {_TOLD:.0%}",
         "record longer, begin the band (`--band`) higher, or ask for a larger `--damping`",
     )
 
