@@ -312,6 +312,6 @@ def test_the_length_is_asked_for_where_another_is_as_likely_and_matters(
     notes = settled.targets().frf[0].data.notes
     assert bool(notes) == asked
     assert all(
-        "1.6 s was taken, and 2 times as long is" in note and "moves joint3.rz.stiffness by 3" in note
+        "1.6 s was assumed, but 2 times as long is" in note and "would move joint3.rz.stiffness by 3" in note
         for note in notes
     )
