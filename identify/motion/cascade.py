@@ -31,7 +31,7 @@ class Cascade(Controller):
     )
     velocity_every: int = Field(1, ge=1, description="ticks between two runs of the velocity loop")
     position_every: int = Field(1, ge=1, description="ticks between two runs of the position loop")
-    position_gain: Number = quantity("1/s", "velocity asked for per position error", least=1e-12)
+    position_gain: Number = quantity("1/s", "commanded velocity per position error", least=1e-12)
     velocity_gain: Number = quantity("N m s/rad", "torque at the gear output per velocity error")
     velocity_integral: Number = quantity("1/s", "the inverse of the velocity loop's integral time", 0.0)
     velocity_feedforward: Number = quantity("", "share of the commanded velocity", 0.0)

@@ -147,7 +147,7 @@ def _differences(runs: dict[str, FitResult]) -> str:
         alone = sorted({*a.parameters.name} ^ {*b.parameters.name})
         if alone:
             parts.append(
-                f"{len(alone)} parameter{'s are' if len(alone) > 1 else ' is'} in one of the two alone"
+                f"{len(alone)} parameter{'s are' if len(alone) > 1 else ' is'} in only one of the two"
             )
     return "; ".join(parts) + "."
 

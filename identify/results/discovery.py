@@ -160,7 +160,7 @@ def fit_of(path: Path) -> FitResult:
     found = _found(beside, fit)
     if not found:
         return fit
-    lacks = f"`identify discover` found what this model lacks ({'; '.join(found)})"
+    lacks = f"`identify discover` found what is missing from this model ({'; '.join(found)})"
     return replace(fit, notes=(*fit.notes, f"{lacks}: {beside} has the model with it"))
 
 

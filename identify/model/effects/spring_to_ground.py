@@ -39,7 +39,7 @@ class SpringToGround(Attached):
     stiffness: Values = Field(Values(), description="N/m")
     damping: DampingValues = Field(DampingValues(), description="N s/m")
     cross_coupling: bool = Field(
-        False, description="also couple the directions, for a spring that stands askew to the base's axes"
+        False, description="also couple the directions, for a spring that is inclined to the base's axes"
     )
     direction: tuple[float, float, float] | None = Field(
         None, description="of a single strut, in the base's frame, in place of axes; of any length"
