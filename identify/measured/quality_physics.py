@@ -79,8 +79,8 @@ def reciprocity(frf_set: FrfSet) -> Iterator[Finding]:
         askew = _askew(frf_set, good, (at_a, b), (at_b, a), float(np.linalg.norm(first - second)))
         if same > 0.2 and askew <= ASKEW:
             sentence = (
-                f"{names} differ by {100 * same:.0f} %: sensors or a hammer turned by {np.degrees(askew):.1f}°,"
-                " as is usual, would do that."
+                f"{names} differ by {100 * same:.0f} %: sensors or a hammer turned by"
+                f" {np.degrees(askew):.1f}°, as is usual, would do that."
             )
             yield Finding("info", "reciprocity", channels, sentence, same)
         elif opposite < 0.5 < same:
