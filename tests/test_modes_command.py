@@ -112,7 +112,7 @@ def test_the_modes_are_found_and_the_window_is_taken_out(result: ModesResult) ->
     assert m.total_error < 0.02
     assert m.modes.auto_mac == pytest.approx(mac(SHAPES, SHAPES), abs=0.01)
     assert np.sum(m.diagram.stable) > 3 * 0.4 * m.highest_order
-    assert "0.9 1/s) was taken out" in result.verdict[0]
+    assert "exponential window (0.9 1/s)" in result.verdict[0]
 
 
 def test_shapes_are_on_the_geometry(result: ModesResult) -> None:

@@ -501,7 +501,7 @@ def scored(case: Case, said: str, code: int) -> str:
         return "refused" if right else "wrong cause"
     if right:
         return "named"
-    if code == 0 and "is well above 1: finds what the model lacks" not in said:
+    if code == 0 and "is well above 1: finds what is missing" not in said:
         return "harmless" if case.right == "harmless" else "silent"
     return "wrong cause"
 

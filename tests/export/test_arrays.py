@@ -94,7 +94,7 @@ def test_fewer_states_are_exact_at_rest(result: Result, tmp_path: Path) -> None:
 def test_what_real_matrices_cannot_say_is_said(result: Result, tmp_path: Path) -> None:
     notes = run_export(result("lossy"), Wanted("npz"), tmp_path / "arm.npz").notes
     assert any("hysteretic damping is made viscous, the same at" in note for note in notes)
-    assert any("left out, as a matter of the measurement: time delay" in note for note in notes)
+    assert any("left out, because it belongs to the measurement: time delay" in note for note in notes)
     with np.load(tmp_path / "arm.npz") as found:
         assert found["stiffness"].dtype == float and found["notes"].tolist() == list(notes)
 

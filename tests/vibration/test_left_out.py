@@ -45,8 +45,8 @@ def test_a_sensor_that_is_not_connected_is_left_out_where_the_model_moves(tmp_pa
     [frf] = loaded(with_channel(4, noise(1e-4)), tmp_path).targets().frf
     whole = plain().files["a.csv"][0].outputs
     assert frf.data.outputs == whole[:4] + whole[5:]
-    assert frf.data.notes == (f"output {whole[4]} is nothing but noise where the model moves, as of a sensor"
-        " that is not connected, and left out",)  # fmt: skip
+    assert frf.data.notes == (f"output {whole[4]} is nothing but noise although the model moves there, like"
+        " a sensor that is not connected, and left out",)  # fmt: skip
 
 
 def test_a_point_that_stands_still_stays(tmp_path: Path) -> None:
