@@ -142,6 +142,6 @@ def test_every_pair_of_records_is_reported(tmp_path: Path) -> None:
     assert (pairs.share[~agreeing] < 0).all(), "friction that is not there makes it worse"
     notes = [note for note in result.notes if "not confirmed by" in note]
     assert len(notes) == 2
-    assert "D after A, D after C, D after B" in notes[0]
+    assert "D, fitted to A; D, fitted to C; D, fitted to B" in notes[0]
     table = pair_table(result.targets["torque"])
     assert [row[-1] for row in table.rows if row[1] != "D"] == [NONE] * 6
