@@ -75,7 +75,7 @@ def test_springs_of_joints_stay_springs_of_joints(result: Result, tmp_path: Path
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("bend", r"link2\.deflection_1, which bends a link"),
+        ("bend", r"link2\.inner_deflection_1, which bends a link"),
         ("servo", r"a negative armature at joint2\.servo \(servo\), which MuJoCo does not have"),
     ],
 )

@@ -1,10 +1,10 @@
-"""A cantilever in space: how its points move with five coordinates at its end, and at the ends of its parts
-if it has several; its stiffness, and a rigid body cut into slices along it.
+"""A cantilever in space: how its points move with five coordinates at its end, and with three between its
+ends or at the ends of its parts if it has several; its stiffness, and a rigid body cut into slices along it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -15,8 +15,9 @@ from identify.model.effects.site import Deformation
 from identify.robot.description import Link
 
 _NAMES = ("deflection_1", "slope_1", "deflection_2", "slope_2", "twist")
+_INNER = ("inner_deflection_1", "inner_deflection_2", "inner_twist")
 _SLICES = 6
-"""Gauss points along the link for each part: exact for products of cubic shapes."""
+"""Gauss points along the link for each part: exact for products of all shapes."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,10 @@ class Beam:
     right angles to it; of so many parts of equal length, each of them uniform.
 
     The coordinates, in the order of names: deflection (m) of the end along `across x axis` and slope (rad)
-    about across, for the two planes; twist (rad) of the end; the same first for the ends of the other parts.
+    about across, for the two planes; twist (rad) of the end; the same first for the ends of the other parts,
+    or, of one part, what its middle moves more in either plane (m) and in torsion (rad) while its ends stand:
+    the polynomial that stands for its slowest mode then (Craig and Bampton, AIAA J. 6 (1968) 1313-1319), 0.2
+    and 0.7 % above that of a uniform beam.
     Before its start nothing moves; what is beyond its end goes with it as a rigid body.
     """
 
@@ -48,7 +52,12 @@ class Beam:
     def names(parts: int) -> list[str]:
         """Of the coordinates of a beam of so many parts."""
         inner = [f"{name}_at_{number}_of_{parts}" for number in range(1, parts) for name in _NAMES]
-        return [*inner, *_NAMES]
+        return [*(inner or _INNER), *_NAMES]
+
+    @staticmethod
+    def of_end(names: Sequence[str]) -> Sequence[str]:
+        """Those of names of coordinates that are the end's."""
+        return names[-len(_NAMES) :]
 
     @cached_property
     def length(self) -> float:
@@ -70,7 +79,8 @@ class Beam:
         coordinate.
         """
         every = range(len(_NAMES))
-        return [partial(self._moved, node, one) for node in range(1, self.parts + 1) for one in every]
+        found = [partial(self._moved, node, one) for node in range(1, self.parts + 1) for one in every]
+        return [*(partial(self._bulged, one) for one in range(len(_INNER)) if self.parts == 1), *found]
 
     def stiffness(self) -> Array:
         """K (3, parts, n, n) of each part per unit of its EI in either plane and per unit of its GJ."""
@@ -88,7 +98,14 @@ class Beam:
             for kind, (own, matrix) in enumerate((([0, 1], plane), ([2, 3], plane), ([4], twist))):
                 ends = [one * node + number for node in (part, part + 1) for number in own]
                 matrices[kind, part][np.ix_(ends, ends)] = matrix
-        return matrices[:, :, one:, one:]
+        if self.parts > 1:
+            return matrices[:, :, one:, one:]
+        # Shapes that stand at both ends do no work against those that are bent from the ends.
+        more = len(_INNER)
+        found, kinds = np.zeros((3, 1, more + one, more + one)), np.arange(more)
+        found[..., more:, more:] = matrices[:, :, one:, one:]
+        found[kinds, 0, kinds, kinds] = 1024 / 5 / size**3, 1024 / 5 / size**3, 16 / 3 / size
+        return found
 
     def _station(self, points: Array) -> tuple[Array, Array]:
         """Where along the beam (...), 0 to 1, and the levers (..., 3) from there."""
@@ -112,6 +129,17 @@ class Beam:
         slope = (3 * x - 2) * x if turns else side * (1 - x) * x * (6 / size)
         rotation = (inside * slope)[..., None] * self.across[plane]
         deflection = (inside * bent)[..., None] * self._sideways[plane]
+        return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
+
+    def _bulged(self, number: int, points: Array) -> Array:
+        """What stands at both ends and is 1 in the middle: a deflection in either plane, or a twist."""
+        x, lever = self._station(points)
+        if number == len(self.across):
+            rotation = (4 * x * (1 - x))[..., None] * self.axis
+            return np.concatenate([cross(rotation, lever), rotation], axis=-1)
+        slope = 32 * x * (1 - x) * (1 - 2 * x) / self.length
+        rotation = slope[..., None] * self.across[number]
+        deflection = (16 * x**2 * (1 - x) ** 2)[..., None] * self._sideways[number]
         return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
 
 

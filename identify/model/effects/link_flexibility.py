@@ -39,12 +39,13 @@ _SHORT = 0.05
 
 class LinkFlexibility(Effect):
     """Euler-Bernoulli bending in two planes with stiffnesses EI, and Saint-Venant torsion GJ; five
-    coordinates at the far end.
+    coordinates at the far end, and three between the ends.
 
     In each plane the end's deflection w and slope t have K = EI/L^3 [[12, -6 L], [-6 L, 4 L^2]]; the twist
     has GJ/L.  The damping is proportional: the same matrices with a viscous EI' and GJ'.  In between the link
-    deforms as under loads at its end (cubic, linear); its own mass moves with it (consistent mass matrix),
-    its weight acts as on a rigid link.
+    deforms as under loads at its end (cubic, linear) and, as its own inertia makes it, by one more shape in
+    each plane and in torsion; its own mass moves with it (consistent mass matrix), its weight acts as on a
+    rigid link.
 
     The first plane is that in which the joint swings the link, or, where the link lies along its joint's
     axis, the next one.

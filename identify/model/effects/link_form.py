@@ -64,7 +64,7 @@ def _changes(
     motion = {node: np.zeros((len(mass), 6, size)) for node in points}
     if link.name in site.detached:
         return mass, motion
-    end = np.array([site.vector(name) for name in names[-len(Beam.names(1)) :]])
+    end = np.array([site.vector(name) for name in Beam.of_end(names)])
     for number, (node, point) in enumerate(points.items()):
         motion[node][number * shapes : (number + 1) * shapes] = _off(beam, point.position, end)
     sizes = link.mass * (beam.length / 2) ** np.array([0, 1, 1, 1])[:, None, None]

@@ -152,8 +152,7 @@ def test_frequencies_and_frfs_are_those_of_a_fine_chain(share: float, tmp_path: 
     model, values = _model(robot, [JOINTS, {**FLEXIBLE, "flexible_share": share}])
     mass, damping, stiffness = model.matrices(values)
     found = undamped_modes(mass, stiffness)[0]
-    assert found[:4] == pytest.approx(expected[:4], rel=0.005)
-    assert found[4] == pytest.approx(expected[4], rel=0.05)
+    assert found[:6] == pytest.approx(expected[:6], rel=0.001)
     rigid = _frequencies(robot, [JOINTS])
     assert abs(rigid[0] / expected[0] - 1) > 0.05, "the flexibility matters"
     rows = np.vstack(
@@ -165,7 +164,7 @@ def test_frequencies_and_frfs_are_those_of_a_fine_chain(share: float, tmp_path: 
     h = frf_by_solve(mass, 0 * damping, stiffness, s, rows, rows[:3].T, 0)
     for line, at in enumerate(s):
         other = _chain_frfs(*chain, at)[1]
-        assert np.abs(h[line] - other).max() < 0.03 * np.abs(other).max()
+        assert np.abs(h[line] - other).max() < 0.01 * np.abs(other).max()
 
 
 def test_four_pieces_are_roughly_a_beam(tmp_path: Path) -> None:
@@ -191,6 +190,16 @@ def test_light_cantilever_with_a_heavy_end_in_closed_form(tmp_path: Path) -> Non
     found = _held(robot)[:2]
     expected = np.sqrt(3 * np.array([EI, EI2]) / (100.0 * LENGTH**3)) / (2 * np.pi)
     assert found == pytest.approx(expected, rel=1e-4)
+
+
+def test_its_own_inertia_in_closed_form(tmp_path: Path) -> None:
+    """A rod that carries nothing, between its ends too: two bending modes of a cantilever in each plane, less
+    1 % or so for the inertia of its sections, and the first of torsion.
+    """
+    found = _held(_robot(tmp_path, load=1e-6))[:5] * 2 * np.pi
+    bending = np.outer(np.array([1.875104, 4.694091]) ** 2, np.sqrt(np.array([EI, EI2]) / ROD[0]))
+    twisting = np.pi / 2 * np.sqrt(GJ / (2 * ROD[0] * ROD[1] ** 2))
+    assert found == pytest.approx(np.sort([*bending.ravel(), twisting]), rel=0.02)
 
 
 def test_twisting_in_closed_form(tmp_path: Path) -> None:
@@ -321,7 +330,7 @@ def test_what_lies_beyond_may_be_taken_off(tmp_path: Path) -> None:
     bare, bare_values = _model(_robot(tmp_path, load=1e-8), [JOINTS, FLEXIBLE])
     mass, _, stiffness = model.matrices(values)
     assert model.coordinates[0] == "joint1.rz"
-    assert len(model.coordinates) == 6
+    assert len(model.coordinates) == 9
     found, expected = (
         undamped_modes(mass, stiffness)[0],
         undamped_modes(*[bare.matrices(values)[part] for part in (0, 2)])[0],
