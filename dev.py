@@ -72,12 +72,18 @@ def demo() -> None:
 
 
 def test() -> None:
-    """Style, types and tests."""
+    """Style, types and tests; types are checked beside the tests, and told after them."""
     ready()
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
-    run("mypy")
-    run("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
+    types = [str(program("mypy")), "--num-workers", "1"]
+    told = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(types, cwd=ROOT, env=environment(), **told) as checked:
+        run("python", "-m", "tests.preloaded")  # compiled once, rather than by each process of the tests
+        tests = [str(program("pytest")), "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder"]
+        tested = subprocess.run(tests, check=False, cwd=ROOT, env=environment())
+        print(checked.communicate()[0].decode(), end="")
+    sys.exit(tested.returncode or checked.returncode)
 
 
 def exam() -> None:
