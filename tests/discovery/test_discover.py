@@ -41,7 +41,7 @@ NODES = [5, 9, 12, 14]
 def hidden(folder: Path, case: str, seed: int, nodes: Sequence[int] = NODES, postures: int = 3) -> Path:
     """A small hammer test with something hidden: two postures to fit, few points; its config."""
     arm = MAKES["compact"](seed).at_points(list(nodes))
-    spec = TestSpec(arm=arm, seed=seed, postures=postures, averages=2, binary=True, oversampling=4)
+    spec = TestSpec(arm=arm, seed=seed, postures=postures, averages=2, binary=True, linear=True)
     spec = hide(spec, case)
     generate(replace(spec, case=case), folder / case)
     return config_of(folder / case, folder, extra="starts: 2")

@@ -59,7 +59,7 @@ def test_records_that_begin_before_the_impact_leave_no_gap(tmp_path: Path) -> No
         postures=2,
         averages=2,
         binary=True,
-        oversampling=8,
+        linear=True,
         duration_s=0.6,
         pre_trigger_s=0.02,
         window_decay_per_s=0.693,

@@ -15,7 +15,7 @@ from tests.hidden import config_of
 def test_records_that_begin_before_the_impact_are_noticed_and_fitted(tmp_path: Path) -> None:
     arm = MAKES["compact"](5).at_points([5, 9, 12, 14])
     spec = TestSpec(
-        arm=arm, seed=5, binary=True, oversampling=8, duration_s=0.6, window_decay_per_s=0.693, postures=2
+        arm=arm, seed=5, binary=True, linear=True, duration_s=0.6, window_decay_per_s=0.693, postures=2
     )
     generate(hide(spec, "none"), tmp_path / "none")
     config = config_of(tmp_path / "none", tmp_path, extra="starts: 1")
