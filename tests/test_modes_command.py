@@ -485,7 +485,7 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
         10,
         100,
         "--max-order",
-        20,
+        14,
         "--out",
         out,
         "--no-report",
