@@ -44,7 +44,7 @@ def hidden(folder: Path, case: str, seed: int, nodes: Sequence[int] = NODES, pos
     spec = TestSpec(arm=arm, seed=seed, postures=postures, averages=2, binary=True, linear=True)
     spec = hide(spec, case)
     generate(replace(spec, case=case), folder / case)
-    return config_of(folder / case, folder, extra="starts: 2")
+    return config_of(folder / case, folder, extra="starts: 1")
 
 
 @pytest.fixture(scope="module")
