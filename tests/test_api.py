@@ -170,7 +170,7 @@ def test_a_fit_beside_a_discovery_of_its_study_says_that_there_is_a_better_model
 
 
 SHORTER = {
-    "arm_hammer_test.yaml": {"starts: 10 ": "starts: 1 "},
+    "arm_hammer_test.yaml": {"starts: 10 ": "starts: 1 ", "band_hz: [3, 80]": "band_hz: [3, 40]"},
     "hidden_effects.yaml": {
         "band_hz: [3, 80]": "band_hz: [3, 25]",
         "    averages: 4\n": "    averages: 4\n    noise: {relative: 0.05}\n",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import subprocess
 import sys
 import tomllib
@@ -73,3 +74,24 @@ def test_what_is_ready_is_left_alone(
     (tmp_path / "ready").unlink()
     dev.ready()
     assert ran[1][:5] == ("python", "-m", "uv", "pip", "install")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="programs that are scripts of a shell")
+@pytest.mark.parametrize(("types", "tests", "code"), [(0, 0, 0), (1, 0, 1), (0, 3, 3)])
+def test_types_are_checked_beside_tests_and_told_after_them(
+    dev: ModuleType,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    types: int,
+    tests: int,
+    code: int,
+) -> None:
+    for name, ends in (("ruff", 0), ("python", 0), ("mypy", types), ("pytest", tests)):
+        (tmp_path / name).write_text(f"#!/bin/sh\necho {name} says so\nexit {ends}\n")
+        (tmp_path / name).chmod(0o700)
+    monkeypatch.setattr(dev, "ready", lambda: None)
+    monkeypatch.setattr(dev, "program", lambda name: tmp_path / name)
+    with pytest.raises(SystemExit) as ended:
+        dev.test()
+    assert (ended.value.code, capsys.readouterr().out) == (code, "mypy says so\n")

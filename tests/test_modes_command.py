@@ -301,7 +301,7 @@ def test_frfs_that_the_modes_do_not_rebuild_end_with_a_way_out(tmp_path: Path) -
     ruler = FrfSet(lines_hz, spectra[:, :, None], points, points[:1], "accelerance", source="ruler")
     data = tmp_path / "ruler.uff"
     write_uff58(data, ruler)
-    wide = ["--band", 1, 1250, "--max-order", 40]
+    wide = ["--band", 1, 1250, "--max-order", 24]
     said = invoke(data, *wide, "--out", tmp_path / "whole.h5", "--no-report", "--quiet")
     whole = result_file.read(tmp_path / "whole.h5", ModesResult)
     for peak in (39, 108, 212, 352, 551):
@@ -485,7 +485,7 @@ def test_aircraft_from_the_command(tmp_path: Path) -> None:
         10,
         100,
         "--max-order",
-        20,
+        14,
         "--out",
         out,
         "--no-report",

@@ -77,10 +77,12 @@ def no_phases(data: FrfSet) -> Iterator[Finding]:
 
 def sag(score: Score) -> float:
     """g over reach and the square of the first resonance of a fitted model, rad: how far the drives would
-    give way under the arm's own weight.
+    give way under the arm's own weight; infinite where its damping leaves no resonance.
     """
     system = score.problem.measurements[0].system
     modes = complex_modes(*system.matrices(score.values))
+    if not len(modes.frequency_hz):
+        return np.inf
     length = max(reach(score.problem.robot), 1e-3)
     pull = float(np.linalg.norm(score.problem.robot.gravity)) or 9.81
     return pull / (length * (2 * np.pi * float(modes.frequency_hz[0])) ** 2)

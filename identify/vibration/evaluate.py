@@ -249,7 +249,7 @@ def _modes(
         modes.frequency_hz,
         modes.damping_ratio,
         channels,
-        shapes_at(modes.shapes, local).reshape(len(modes.frequency_hz), -1),
+        shapes_at(modes.shapes, local).reshape(len(modes.frequency_hz), len(channels)),
     )
     return geometry, kept, table
 

@@ -168,7 +168,7 @@ def test_the_index_of_many_jobs_is_written_now_and_then(
 
     monkeypatch.setattr(index_module, "write_text", slowly)
     index = BatchIndex(
-        tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(1000)}, began=0.0
+        tmp_path / "index.json", {"batch": "many"}, {f"j{n}": Entry() for n in range(50)}, began=0.0
     )
     for _ in range(1000):
         now[0] += 0.1

@@ -128,7 +128,7 @@ def robots(tmp_path_factory: pytest.TempPathFactory) -> tuple[BatchResult, np.nd
     for number in range(FITS):
         stiffness = arm.stiffness * np.exp(SCATTER * rng.normal(size=6))
         one = dataclasses.replace(arm, stiffness=stiffness)
-        spec = TestSpec(arm=one, seed=20 + number, postures=1, binary=True, oversampling=4)
+        spec = TestSpec(arm=one, seed=20 + number, postures=1, binary=True, linear=True)
         generate(spec, folder / f"robot{number}")
         config_of(folder / f"robot{number}", folder, list(arm.stiffness), "starts: 1")
         true.append(stiffness)

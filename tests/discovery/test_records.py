@@ -59,13 +59,13 @@ def test_records_that_begin_before_the_impact_leave_no_gap(tmp_path: Path) -> No
         postures=2,
         averages=2,
         binary=True,
-        oversampling=8,
+        linear=True,
         duration_s=0.6,
         pre_trigger_s=0.02,
         window_decay_per_s=0.693,
     )
     generate(hide(spec, "none"), tmp_path / "none")
-    config = config_of(tmp_path / "none", tmp_path, extra="starts: 2")
+    config = config_of(tmp_path / "none", tmp_path, extra="starts: 1")
     result, _ = run_discover(config, tmp_path / "found.h5", {}, Story(), workers=1, as_stated=True)
     assert result.added.sentence == ()
     table = result.after.parameters

@@ -103,6 +103,7 @@ def rocking(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> FittedMotion:
     return FittedMotion(problem, Fit(problem.initial, 1.0, (), np.zeros((0, 5)), 0.0))
 
 
+@pytest.mark.exam
 def test_what_promises_most_is_the_same_by_the_dear_way(
     rocking: FittedMotion, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -147,6 +147,7 @@ def test_of_two_that_do_the_same_the_usual_one_is_promised() -> None:
     assert log_prior(rotor, [0], {"joint1.motor.rotor_inertia": 1e-3}) == 0
 
 
+@pytest.mark.exam
 def test_a_spring_that_nothing_shows_is_worth_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

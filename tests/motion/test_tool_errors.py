@@ -46,7 +46,7 @@ def test_a_tracker_that_stands_askew_leaves_no_gap(tmp_path: Path) -> None:
     rng = np.random.default_rng(3)
     case = hidden_motion.drawn(rng, "", False)
     case.tracker, case.heavier = True, np.zeros(2)
-    hidden_motion.write(case, tmp_path, rng)
+    hidden_motion.write(case, tmp_path, rng, ["one"])
     problem = with_noise(load_motion(read_motion_study(tmp_path / "motion.yaml")))[0]
 
     def gap(turn: float) -> float:

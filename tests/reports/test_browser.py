@@ -212,6 +212,7 @@ def test_it_prints(page: Page, files: dict[str, Path], tmp_path: Path) -> None:
     assert "Place between the bounds" in text, "plots that were not yet drawn are drawn for paper"
 
 
+@pytest.mark.exam
 def test_three_thousand_frfs_stay_usable(page: Page, tmp_path: Path) -> None:
     """How fast such a page opens is measured by `tests.benchmarks.report`."""
     path = tmp_path / "large.html"

@@ -114,7 +114,7 @@ def test_same_result_same_page(result: FitResult) -> None:
 
 
 def test_two_runs_of_three_thousand_frfs_stay_below_20_mb(tmp_path: Path) -> None:
-    """That one does is seen in `test_browser.py`."""
+    """That one does, and is usable, is an exam in `test_browser.py`."""
     result, files = large_result(), [tmp_path / "a.h5", tmp_path / "b.h5"]
     assert sum(len(m.frf.output) for m in result.measurements.values() if m.frf) == pytest.approx(3000, abs=5)
     result_file.write(result, files[0])

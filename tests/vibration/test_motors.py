@@ -113,8 +113,8 @@ def _motor(folder: Path, held: float = 0.0, side: float = 1.0) -> str:
     return "motor.csv"
 
 
-def _fitted(path: Path) -> FitResult:
-    return run_fit(path, path.with_name("out.h5"), {})[0]
+def _fitted(path: Path, starts: int = 1) -> FitResult:
+    return run_fit(path, path.with_name("out.h5"), {"starts": starts})[0]
 
 
 def _held(result: FitResult, true: dict[str, float]) -> list[bool]:
@@ -331,10 +331,21 @@ def test_the_motor_bench_is_as_stiff_as_its_reference(tmp_path: Path) -> None:
     path.write_text(text)
     robot = path.with_name("robot.yaml")
     robot.write_text(robot.read_text().replace(f"[{LINK}, {LINK}, {LINK}", "[0.00488, 0.00488, 0.00488"))
-    table = _fitted(path).parameters
+    table = _fitted(path, starts=10).parameters
     found = dict(zip(table.name, table.value, strict=True))
     assert found["joint1.rz.stiffness"] == pytest.approx(558, rel=0.01)
     assert found["joint1.rotor.inertia"] == pytest.approx(4.85e-3, rel=0.02)
+
+
+def test_a_fit_that_leaves_no_mode_ends(tmp_path: Path) -> None:
+    """Where damping takes the last oscillation away: it ended in a traceback."""
+    path = _study(tmp_path, [{"file": _motor(tmp_path)}])
+    study = yaml.safe_load(path.read_text())
+    study["effects"][0]["damping"] = {"initial": 1e6, "fixed": True}
+    path.write_text(yaml.safe_dump(study))
+    done = identify.fit(path, out=tmp_path / "out.h5", starts=1)
+    [measured] = done.data.measurements.values()
+    assert measured.modes.frequency_hz.size == 0
 
 
 def test_an_arm_is_found_by_the_logs_of_its_controllers(tmp_path: Path) -> None:

@@ -56,9 +56,7 @@ _EVERYTHING = """uncertainty:
 def _tested(folder: Path, dirt: Dirt, seed: int, stated: str) -> tuple[Path, TestSpec]:
     """A test of an arm that is not as stated, its config, and what it really was."""
     arm = MAKES["random"](seed)
-    spec = TestSpec(
-        arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=seed, postures=2, binary=True, oversampling=4
-    )
+    spec = TestSpec(arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=seed, postures=2, binary=True, linear=True)
     true = soil(spec, dirt)
     generate(true, folder / "case")
     return config_of(folder / "case", folder, extra=stated), true

@@ -50,7 +50,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def true(folder: Path) -> TestSpec:
     arm = MAKES["random"](3)
-    spec = TestSpec(arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=3, postures=2, binary=True, oversampling=4)
+    spec = TestSpec(arm=arm.at_points([4, 6, 8, 10, 12, 14]), seed=3, postures=2, binary=True, linear=True)
     dirty = soil(spec, CAREFUL)
     generate(dirty, folder / "case")
     return dirty

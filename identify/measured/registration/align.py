@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from identify.core.arrays import Array, Index, cross_matrix
-from identify.measured.registration.surface import Skin
+from identify.measured.registration.surface import Skin, from_discs
 from identify.robot.description import Robot
 from identify.robot.kinematics import Chain, chain
 from identify.robot.pose import turned
@@ -118,13 +118,23 @@ def distances(task: Task, at: Laid, links: Chain, places: Array, within: float =
     """
     shape = (len(places), len(task.skins))
     found = Distances(np.full(shape, np.inf), np.zeros((*shape, 3)), np.zeros((*shape, 3)))
-    for number, (skin, pose) in enumerate(zip(task.skins, links.poses, strict=True)):
-        if skin is None:
-            continue
-        turn = pose[:3, :3]
-        far, way, normal = skin.nearest((places - pose[:3, 3]) @ turn, at.height, within)
-        found.distance[:, number] = far
-        found.direction[:, number], found.normal[:, number] = way @ turn.T, normal @ turn.T
+    turns = links.poses[:, :3, :3]
+    local = (places - links.poses[:, None, :3, 3]) @ turns
+    worn = [(number, skin) for number, skin in enumerate(task.skins) if skin is not None]
+    near = [skin.nearest(local[number], at.height, within) for number, skin in worn]
+    # All links at once: for few nodes each call of NumPy takes as long as its work.
+    own = np.concatenate([rows for rows, _ in near])
+    counts = [len(rows) for rows, _ in near]
+    on = np.repeat([number for number, _ in worn], counts)
+    radius = np.repeat([skin.radius for _, skin in worn], counts)
+    discs = [
+        (skin.centres[disc], skin.normals[disc]) for (_, skin), (_, disc) in zip(worn, near, strict=True)
+    ]
+    centres, normals = (np.concatenate(each) for each in zip(*discs, strict=True))
+    far, way = from_discs(local[on, own] - centres - at.height * normals, normals, radius)
+    found.distance[own, on] = far
+    found.direction[own, on] = np.einsum("nij,nj->ni", turns[on], way)
+    found.normal[own, on] = np.einsum("nij,nj->ni", turns[on], normals)
     return found
 
 

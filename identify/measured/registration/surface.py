@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from identify.core.arrays import Array, Mask
+from identify.core.arrays import Array, Index, Mask
 from identify.core.errors import InputError
 from identify.robot.description import Robot
 from identify.robot.kinematics import chain
@@ -51,29 +51,35 @@ class Skin:
             scipy.spatial.cKDTree(self.centres[some]),
         )
 
-    def nearest(
-        self, places: Array, height: float = 0.0, within: float = np.inf
-    ) -> tuple[Array, Array, Array]:
-        """Of places (n, 3) in the link's frame: distance (n,), m, from the nearest disc lifted by a height,
-        negative below it, infinite where none is `within`; the direction (n, 3) that it is counted in, which
-        is that of the normal where a place is above or below the disc; and the normal there.
+    def nearest(self, places: Array, height: float, within: float) -> tuple[Index, Index]:
+        """Of places (n, 3) in the link's frame: the rows that may be `within` so much, m, of the skin lifted
+        by a height, and of each the nearest disc.
         """
-        bound = within + _RADIUS * self.apart + abs(height)
-        far, which = self.tree.query(places, distance_upper_bound=bound)
-        none = ~np.isfinite(far)
-        which[none] = 0
-        normal = self.normals[which]
-        away = places - self.centres[which] - height * normal
-        above = np.einsum("nc,nc->n", away, normal)
-        beside = away - above[:, None] * normal
-        aside = np.sqrt(np.einsum("nc,nc->n", beside, beside))
-        over = np.maximum(aside - _RADIUS * self.apart, 0.0)
-        vector = above[:, None] * normal + beside * (over / np.maximum(aside, 1e-12))[:, None]
-        distance = np.sqrt(np.einsum("nc,nc->n", vector, vector))
-        straight = vector / np.maximum(distance, 1e-12)[:, None]
-        out = over > 0
-        signed = np.where(out, distance, above)
-        return np.where(none, np.inf, signed), np.where(out[:, None], straight, normal), normal
+        bound = within + self.radius + abs(height)
+        _, which = self.tree.query(places, distance_upper_bound=bound)
+        (rows,) = (which < len(self.centres)).nonzero()
+        return rows, which[rows]
+
+    @property
+    def radius(self) -> float:
+        """Of a disc, m."""
+        return _RADIUS * self.apart
+
+
+def from_discs(away: Array, normal: Array, radius: Array) -> tuple[Array, Array]:
+    """Of places `away` (n, 3) from the centres of discs with normals (n, 3) and radii (n,), m: the distance
+    (n,), negative below a disc, and the direction (n, 3) that it is counted in, which is that of the normal
+    where a place is above or below the disc.
+    """
+    above = np.einsum("nc,nc->n", away, normal)
+    beside = away - above[:, None] * normal
+    aside = np.sqrt(np.einsum("nc,nc->n", beside, beside))
+    over = np.maximum(aside - radius, 0.0)
+    vector = above[:, None] * normal + beside * (over / np.maximum(aside, 1e-12))[:, None]
+    distance = np.sqrt(np.einsum("nc,nc->n", vector, vector))
+    straight = vector / np.maximum(distance, 1e-12)[:, None]
+    out = over > 0
+    return np.where(out, distance, above), np.where(out[:, None], straight, normal)
 
 
 def skins(robot: Robot, shown: Looks, angles: Array) -> list[Skin | None]:
@@ -137,7 +143,7 @@ def _visible(places: Array, eye: Array, apart: float) -> Mask:
     u /= np.linalg.norm(u)
     cells = np.floor(places @ np.stack([u, np.cross(eye, u)], axis=1) / (2 * apart)).astype(np.int64)
     cells -= cells.min(axis=0)
-    _, cell = np.unique(cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1], return_inverse=True)
+    cell = cells[:, 0] * (cells[:, 1].max() + 1) + cells[:, 1]
     depth = places @ eye
     front = np.full(cell.max() + 1, -np.inf)
     np.maximum.at(front, cell, depth)

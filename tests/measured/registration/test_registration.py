@@ -64,7 +64,9 @@ def test_the_shape_alone_suffices(tmp_path: Path) -> None:
     assert np.median(away) < 0.005
 
 
-@pytest.mark.parametrize(("unit", "said"), [("mm", "m"), ("in", "m"), ("m", "mm")])
+@pytest.mark.parametrize(
+    ("unit", "said"), [("mm", "m"), pytest.param("in", "m", marks=pytest.mark.exam), ("m", "mm")]
+)
 def test_a_wrong_unit_is_found_and_said(tmp_path: Path, unit: str, said: str) -> None:
     test = simulated(tmp_path, 3, unit, said)
     found = _placed(test, tmp_path, pairs=test.pairs(tmp_path, widest(test.nodes)))

@@ -250,7 +250,14 @@ def _fitted(
     ("case", "kind", "parameter", "truth_of", "close"),
     [
         ("friction_j2", "joint-friction", "joint2.rz.friction_torque", "torque_nm", 0.1),
-        ("hardening_j3", "hardening-stiffness", "joint3.rz.cubic_stiffness", "cubic_nm_per_rad3", 0.3),
+        pytest.param(
+            "hardening_j3",
+            "hardening-stiffness",
+            "joint3.rz.cubic_stiffness",
+            "cubic_nm_per_rad3",
+            0.3,
+            marks=pytest.mark.exam,
+        ),
     ],
 )
 def test_it_is_found_in_a_simulated_test(
