@@ -197,7 +197,8 @@ class LinkFlexibility(Effect):
 
     def forms(self, robot: Robot, points: Mapping[int, Point]) -> list[Form]:
         """How its sensors move with its end, and where along it its mass is."""
-        return [link_form(robot.link(self.link), self.beam(robot), self._names(), points)]
+        spread = None if self.nonuniform else partial(self._spread, robot)
+        return [link_form(robot.link(self.link), self.beam(robot), self._names(), points, spread)]
 
     def free_coordinates(self, robot: Robot) -> list[str]:
         """All coordinates of its beam."""

@@ -6,7 +6,7 @@ end by other shapes than a beam's, and its mass moves with other sections than a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -33,8 +33,15 @@ _IN_PLANE = (
 )
 
 
-def link_form(link: Link, beam: Beam, names: Sequence[str], points: Mapping[int, Point]) -> Form:
-    """Errors of a link's form; names: of the coordinates of its beam, those of the end last.
+def link_form(
+    link: Link,
+    beam: Beam,
+    names: Sequence[str],
+    points: Mapping[int, Point],
+    spread: Callable[[Site], Array] | None = None,
+) -> Form:
+    """Errors of a link's form; names: of the coordinates of its beam, those of the end last; spread: inertia
+    where all of the link's mass moves evenly with its sections, less where it moves with its own.
 
     The mass of a body at each of three stations is in units of the link's, its first moments in those of the
     link's times half its length; the rigid link stays as it was.  Second moments of their own would let
@@ -47,7 +54,8 @@ def link_form(link: Link, beam: Beam, names: Sequence[str], points: Mapping[int,
     masses = [f"{name}_at_{station}" for station in _STATIONS for name in _MOMENTS]
     errors: list[tuple[str, What]] = [(name, "shape") for name in shapes]
     errors += [(name, "mass") for name in masses]
-    return Form(link.name, tuple(errors), partial(_changes, link, beam, tuple(names), own))
+    errors += [] if spread is None else [("even_share", "spread")]
+    return Form(link.name, tuple(errors), partial(_changes, link, beam, tuple(names), own, spread))
 
 
 def _shape_names() -> list[str]:
@@ -55,12 +63,18 @@ def _shape_names() -> list[str]:
 
 
 def _changes(
-    link: Link, beam: Beam, names: tuple[str, ...], points: Mapping[int, Point], site: Site
+    link: Link,
+    beam: Beam,
+    names: tuple[str, ...],
+    points: Mapping[int, Point],
+    spread: Callable[[Site], Array] | None,
+    site: Site,
 ) -> tuple[Array, Mapping[int, Array]]:
     """As `Form` has it."""
     size, shapes = len(site.coordinates), len(_shape_names())
     each = len(points) * shapes
-    mass = np.zeros((each + len(_STATIONS) * len(_MOMENTS), size, size))
+    last = each + len(_STATIONS) * len(_MOMENTS)
+    mass = np.zeros((last + (spread is not None), size, size))
     motion = {node: np.zeros((len(mass), 6, size)) for node in points}
     if link.name in site.detached:
         return mass, motion
@@ -70,7 +84,9 @@ def _changes(
     sizes = link.mass * (beam.length / 2) ** np.array([0, 1, 1, 1])[:, None, None]
     places = [beam.start + share * (beam.end - beam.start) for share in _STATIONS.values()]
     bodies = [bodies_at(site, link.name, names, place)[: len(_MOMENTS)] for place in places]
-    mass[each:] = np.concatenate([sizes * body for body in bodies])
+    mass[each:last] = np.concatenate([sizes * body for body in bodies])
+    if spread is not None:
+        mass[last] = spread(site)
     return mass, motion
 
 

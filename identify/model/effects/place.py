@@ -14,7 +14,7 @@ from identify.core.arrays import Array
 from identify.model.effects.site import Site
 
 Axes = Literal["link", "base"]
-What = Literal["shape", "mass"]
+What = Literal["shape", "mass", "spread"]
 
 
 @dataclass(frozen=True)

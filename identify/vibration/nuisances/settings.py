@@ -122,6 +122,11 @@ class FlexibleLinksUncertainty(Settings):
         ),
     )
     mass: Share = Field(None, description="mass that sits elsewhere along the link, relative to the link's")
+    spread: Share = Field(
+        None,
+        description="share of the link's mass and inertia that moves evenly with all of its sections, and"
+        " not with those where it is; not of nonuniform links, of which it is a parameter",
+    )
     ends: Share = Field(
         None,
         description=(
@@ -196,7 +201,7 @@ _LEVELS: dict[str, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.05},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.2, "mass": 0.1, "ends": 0.05},
+        "flexible_links": {"shape": 0.2, "mass": 0.1, "spread": 0.5, "ends": 0.05},
     },
     "typical": {
         "links": {"mass": 0.05, "centre_m": 0.015, "inertia": 0.15},
@@ -206,7 +211,7 @@ _LEVELS: dict[str, dict[str, dict[str, float]]] = {
         "joints": {"angle_deg": 0.1},
         "kinematics": {"position_m": 0.0},
         "sets": {"delay_s": 0.0},
-        "flexible_links": {"shape": 0.2, "mass": 0.1, "ends": 0.05},
+        "flexible_links": {"shape": 0.2, "mass": 0.1, "spread": 0.5, "ends": 0.05},
     },
 }
 """What data sheets and mounting are usually off by: in a careful laboratory, where links were weighed and

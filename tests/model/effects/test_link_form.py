@@ -18,10 +18,16 @@ from tests.arms import arm
 LINK = "link2"
 
 
-def _bent(folder: Path, nonuniform: bool = True) -> tuple[Robot, LinkFlexibility, Site, dict[int, Point]]:
-    """An arm with a link that bends, and sensors at its start, in its middle and at its end."""
+def _bent(
+    folder: Path, nonuniform: bool = True, back: float = 0.0
+) -> tuple[Robot, LinkFlexibility, Site, dict[int, Point]]:
+    """An arm with a link that bends, and sensors at its start, in its middle and at its end; its centre goes
+    back by a share of its length.
+    """
     robot, effect = arm(folder), LinkFlexibility(link=LINK, nonuniform=nonuniform)
     beam = effect.beam(robot)
+    heavy = replace(robot.link(LINK), centre=robot.link(LINK).centre - back * (beam.end - beam.start))
+    robot = replace(robot, links=tuple(heavy if one.name == LINK else one for one in robot.links))
     along = beam.end - beam.start
     places = {7: 0.0, 8: 0.5, 9: 1.0}
     points = {
@@ -69,6 +75,22 @@ def test_a_body_between_leaves_the_rigid_link_as_it_was(tmp_path: Path) -> None:
     node = site.number(f"{LINK}.deflection_1_at_1_of_3")
     assert mass["mass_at_third"][node, node] == pytest.approx(bent[0].link(LINK).mass)
     assert mass["mass_at_two_thirds"][node, node] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_all_mass_may_move_evenly_with_the_sections(tmp_path: Path) -> None:
+    """By the twist of its end a link then has a third of its inertia about the beam, wherever its mass is."""
+    bent = _bent(tmp_path, nonuniform=False, back=0.3)
+    robot, effect, site, _ = bent
+    own, more, twist = effect.consistent_mass(robot, site), _by_name(bent)[0], site.number(f"{LINK}.twist")
+    link, beam = robot.link(LINK), effect.beam(robot)
+    aside = link.centre - beam.start - (link.centre - beam.start) @ beam.axis * beam.axis
+    about = beam.axis @ link.inertia @ beam.axis + link.mass * aside @ aside
+    assert own is not None
+    assert own[twist, twist] != pytest.approx(about / 3, rel=0.01)
+    assert own[twist, twist] + more["even_share"][twist, twist] == pytest.approx(about / 3)
+    rigid = [n for n, name in enumerate(site.coordinates) if not name.startswith(f"{LINK}.")]
+    assert more["even_share"][np.ix_(rigid, rigid)] == pytest.approx(0.0, abs=1e-9)
+    assert "even_share" not in _by_name(_bent(tmp_path))[0], "a parameter of a nonuniform link"
 
 
 @pytest.mark.parametrize("nonuniform", [False, True])
