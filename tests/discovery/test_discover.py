@@ -199,7 +199,7 @@ def delayed(tmp_path_factory: pytest.TempPathFactory) -> tuple[DiscoveryResult, 
 def test_without_validation_channels_are_left_out_instead(delayed: tuple[DiscoveryResult, Path]) -> None:
     result, _ = delayed
     assert result.added.sentence == ("time delay of all responses",)
-    assert "left out" in result.elsewhere
+    assert "held out" in result.elsewhere
     assert np.isfinite(result.steps["0"].gap_validation)
 
 
@@ -241,7 +241,7 @@ def test_modal_tables_alone_are_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("cost", "said"),
-    [("frf-area", "study's frf-area:"), ({"kind": "frf-least-squares", "residual": "log"}, "with options:")],
+    [("frf-area", "study's frf-area,"), ({"kind": "frf-least-squares", "residual": "log"}, "with options,")],
 )
 def test_the_likelihood_takes_the_place_of_another_cost(cost: object, said: str) -> None:
     """It was ignored, and the result gave the likelihood's value for it; then it was refused."""
