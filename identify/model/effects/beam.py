@@ -28,7 +28,7 @@ class Beam:
     The coordinates, in the order of names: deflection (m) of the end along `across x axis` and slope (rad)
     about across, for the two planes; twist (rad) of the end; the same first for the ends of the other parts,
     or, of one part, what its middle moves more in either plane (m) and in torsion (rad) while its ends stand:
-    the polynomial that stands for its slowest mode then (Craig and Bampton, AIAA J. 6 (1968) 1313-1319), 0.2
+    the polynomial that stands for its slowest mode then (Craig and Bampton, AIAA J. 6 (1968) 1313-1319), 0.3
     and 0.7 % above that of a uniform beam.
     Before its start nothing moves; what is beyond its end goes with it as a rigid body.
     """
