@@ -77,8 +77,8 @@ def test() -> None:
     run("ruff", "format", "--check", ".")
     run("ruff", "check", ".")
     types = [str(program("mypy")), "--num-workers", "1"]
-    told = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    with subprocess.Popen(types, cwd=ROOT, env=environment(), **told) as checked:
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    with subprocess.Popen(types, cwd=ROOT, env=environment(), **pipes) as checked:
         pytest, where = str(program("pytest")), {"cwd": ROOT, "env": environment()}
         # Compiles all tests and libraries once, which takes half a minute, rather than in each process.
         subprocess.run([pytest, "--collect-only"], check=False, stdout=subprocess.DEVNULL, **where)

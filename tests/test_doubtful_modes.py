@@ -51,7 +51,7 @@ def test_the_table_marks_them_and_only_where_there_are_some() -> None:
     some = replace(m, modes=replace(m.modes, doubt=("damping", *[""] * (count - 1))))
     table = mode_table(some)
     assert table.columns[-1].heading == "Doubtful" and table.rows[0][-1] == "damping"
-    assert "holds 0" in table.note
+    assert "contains 0" in table.note
     for doubt in ((), ("",) * count):
         assert mode_table(replace(m, modes=replace(m.modes, doubt=doubt))).columns[-1].heading == "MPD"
 

@@ -150,7 +150,7 @@ def test_fewer_channels_than_modes_tell_them(found: OperationalModes) -> None:
     assert by_added_mass(light, heavy, {1: 0.02}).kg == pytest.approx(MASS, rel=2e-3)
     none = by_added_mass(light, modes_kept(heavy, np.arange(4) < 1), {1: 0.02})
     assert np.isnan(none.kg).all()
-    assert "1 mode with the mass at 3 channels does not tell 4 modal masses" in none.reason[0]
+    assert "1 mode with the mass at 3 channels does not determine 4 modal masses" in none.reason[0]
 
 
 def test_a_mode_beyond_the_band_widens_the_others(found: OperationalModes) -> None:
