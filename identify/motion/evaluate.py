@@ -311,7 +311,7 @@ def _verdict(
     realtime: float,
 ) -> tuple[str, ...]:
     speed = (
-        f"{len(problem.records)} motions simulated at {realtime:.0f} times real time, in steps of"
+        f"{len(problem.records)} motions simulated at {realtime:.3g} times real time, in steps of"
         f" {problem.step_s:.3g} s."
     )
     if found is None:

@@ -25,7 +25,7 @@ def tiles(result: MotionResult) -> Tiles:
         ("Gap", number(result.gap, 3), f"RMS over noise, {what}"),
         ("Gap, not fitted", number(result.gap_validation, 3), "the same on records for validation"),
         ("Records", str(len(result.records)), seconds),
-        ("Speed", f"{result.realtime_factor:.0f} times", speed),
+        ("Speed", f"{result.realtime_factor:.3g} times", speed),
     )
 
 
