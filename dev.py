@@ -39,11 +39,16 @@ def environment() -> dict[str, str]:
     return found
 
 
+def ended(name: str, *words: str, out: int | None = None) -> int:
+    """The exit code of a program of the environment, run in this folder; out: where what it prints goes."""
+    command = [str(program(name)), *words]
+    return subprocess.run(command, check=False, cwd=ROOT, env=environment(), stdout=out).returncode
+
+
 def run(name: str, *words: str) -> None:
-    """Run a program of the environment in this folder; stop with its exit code where it fails."""
-    done = subprocess.run([str(program(name)), *words], check=False, cwd=ROOT, env=environment())
-    if done.returncode:
-        sys.exit(done.returncode)
+    """Run a program of the environment; stop with its exit code where it fails."""
+    if code := ended(name, *words):
+        sys.exit(code)
 
 
 def _is_newer(one: Path, other: Path) -> bool:
@@ -79,13 +84,11 @@ def test() -> None:
     types = [str(program("mypy")), "--num-workers", "1"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     with subprocess.Popen(types, cwd=ROOT, env=environment(), **pipes) as checked:
-        pytest, where = str(program("pytest")), {"cwd": ROOT, "env": environment()}
         # Compiles all tests and libraries once, which takes half a minute, rather than in each process.
-        subprocess.run([pytest, "--collect-only"], check=False, stdout=subprocess.DEVNULL, **where)
-        several = ("-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
-        tested = subprocess.run([pytest, *several], check=False, **where)
+        ended("pytest", "--collect-only", out=subprocess.DEVNULL)
+        code = ended("pytest", "-n", "logical", "--dist", "loadfile", "--no-loadscope-reorder")
         print(checked.communicate()[0].decode(), end="")
-    sys.exit(tested.returncode or checked.returncode)
+    sys.exit(code or checked.returncode)
 
 
 def exam() -> None:

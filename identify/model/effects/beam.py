@@ -124,23 +124,28 @@ class Beam:
         plane, turns = divmod(coordinate, 2)
         if coordinate == len(_NAMES) - 1:
             rotation = (inside * x)[..., None] * self.axis
-            return np.concatenate([cross(rotation, lever), rotation], axis=-1)
+            return _motion(np.zeros(3), rotation, lever)
         bent = side * size * (x - 1) * x**2 if turns else (3 - 2 * x) * x**2
         slope = (3 * x - 2) * x if turns else side * (1 - x) * x * (6 / size)
         rotation = (inside * slope)[..., None] * self.across[plane]
         deflection = (inside * bent)[..., None] * self._sideways[plane]
-        return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
+        return _motion(deflection, rotation, lever)
 
     def _bulged(self, number: int, points: Array) -> Array:
         """What stands at both ends and is 1 in the middle: a deflection in either plane, or a twist."""
         x, lever = self._station(points)
         if number == len(self.across):
             rotation = (4 * x * (1 - x))[..., None] * self.axis
-            return np.concatenate([cross(rotation, lever), rotation], axis=-1)
+            return _motion(np.zeros(3), rotation, lever)
         slope = 32 * x * (1 - x) * (1 - 2 * x) / self.length
         rotation = slope[..., None] * self.across[number]
         deflection = (16 * x**2 * (1 - x) ** 2)[..., None] * self._sideways[number]
-        return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
+        return _motion(deflection, rotation, lever)
+
+
+def _motion(deflection: Array, rotation: Array, lever: Array) -> Array:
+    """(..., 6): displacement and rotation of what is a lever (..., 3) away from a section that moves."""
+    return np.concatenate([deflection + cross(rotation, lever), rotation], axis=-1)
 
 
 def slices(body: Link, axis: Array, parts: int = 1) -> Iterator[tuple[float, Array, Array]]:

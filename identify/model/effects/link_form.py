@@ -38,10 +38,11 @@ def link_form(
     beam: Beam,
     names: Sequence[str],
     points: Mapping[int, Point],
-    spread: Callable[[Site], Array] | None = None,
+    spread: Callable[[Site], Array] | None,
 ) -> Form:
     """Errors of a link's form; names: of the coordinates of its beam, those of the end last; spread: inertia
-    where all of the link's mass moves evenly with its sections, less where it moves with its own.
+    where all of the link's mass moves evenly with its sections, less where it moves with its own; None
+    of a link of which that is a parameter.
 
     The mass of a body at each of three stations is in units of the link's, its first moments in those of the
     link's times half its length; the rigid link stays as it was.  Second moments of their own would let
