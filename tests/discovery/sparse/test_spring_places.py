@@ -152,3 +152,17 @@ def test_a_place_that_the_study_states_stays(tmp_path: Path) -> None:
     study = with_effects(study, [*study.file.study.effects, stated], {})
     tilt = JointCompliance(joints=[3], axes=["rx", "ry"], shrink=True)
     assert not list(displaced(dense_fit(study, (tilt,)), 0.0))
+
+
+def test_a_gripper_on_a_soft_mount_is_named_where_it_turns(tmp_path: Path) -> None:
+    """And no drive, body or resonator stands for it; it is told as payload and turns at 13 to 30 Hz."""
+    study = _hammered(tmp_path, "gripper", 0.0, "compact")
+    [gripper] = json.loads((tmp_path / "test.truth.json").read_text())["effects"]
+    with one_thread():
+        found = explain(study)
+    [named] = found.named
+    assert isinstance(named.effect, MountCompliance)
+    assert named.effect.at_m == pytest.approx(gripper["position"], abs=3e-3)
+    values = {**found.values, **named.values}
+    for axis, stiffness in zip(("rx", "ry", "rz"), gripper["stiffness"], strict=True):
+        assert values[f"payload1.{axis}.stiffness"] == pytest.approx(stiffness, rel=0.05)
