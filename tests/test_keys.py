@@ -74,6 +74,7 @@ VIBRATION: dict[str, Any] = {
     "robot.units.mass": "lb",
     "robot.units.length": "cm",
     "robot.units.inertia": "kg cm2",
+    "robot.units.angle": "deg",
     "joint_angles.unit": "rad",
     "joint_angles.order": [2, 1, 3, 4, 5, 6],
     "joint_angles.sign": [1, -1, 1, 1, 1, 1],

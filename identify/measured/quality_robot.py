@@ -10,7 +10,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.core.text import listed
-from identify.measured.finding import Finding
+from identify.measured.finding import Finding, as_notes
+from identify.measured.quality_places import far_payloads
 from identify.robot.description import Joint, Link, Robot
 
 _LONGEST_M = 100.0
@@ -28,6 +29,7 @@ def check_robot(robot: Robot) -> Iterator[Finding]:
     yield from _length(robot)
     yield from _bodies(robot)
     yield from _twists(robot)
+    yield from far_payloads(robot)
     pull = float(np.linalg.norm(robot.gravity))
     if pull and not _PULL[0] <= pull <= _PULL[1]:
         sentence = f"Gravity is {pull:.4g} m/s^2: is `gravity_m_s2` in m/s^2?"
@@ -46,7 +48,7 @@ def possible(robot: Robot) -> bool:
 
 def robot_notes(robot: Robot) -> list[str]:
     """The same as notes of a result."""
-    return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in check_robot(robot)]
+    return as_notes(check_robot(robot))
 
 
 def _length(robot: Robot) -> Iterator[Finding]:
