@@ -109,12 +109,14 @@ def at_frames(found: Found) -> Iterator[Found]:
 
 def _gone_on_at(found: Found, moved: _Placed, effects: tuple[Effect, ...]) -> Found:
     """The fit gone on with springs elsewhere, as long as it comes near what it was; of a mount without what
-    slides, which has made up for where it turns.
+    slides, which may have made up for where it turns, unless that makes it worse.
     """
     names = [name for one in moved.springs for name in one.free_coordinates(found.study.robot)]
-    slide = [name for name in names if ".t" in name and name.startswith("payload")]
-    held = {f"{name}.compliance": 0.0 for name in slide}
-    return gone_on(found, effects, held, rival=found.objective)
+    slide = {f"{name}.compliance": 0.0 for name in names if name.startswith("payload") and ".t" in name}
+    fit = gone_on(found, effects, slide, rival=found.objective)
+    if slide and fit.objective >= found.objective:
+        return gone_on(found, effects, {}, rival=found.objective)
+    return fit
 
 
 def _placed(study: Problem, effects: Sequence[Effect]) -> Iterator[_Placed]:
