@@ -167,7 +167,7 @@ def test_a_gripper_on_a_soft_mount_is_found_where_it_turns(tmp_path: Path) -> No
     [mount] = [one for one in found.effects if isinstance(one, MountCompliance)]
     assert mount.at_m == pytest.approx(gripper["position"], abs=3e-3)
     compliances = [found.values[f"payload1.{axis}.compliance"] for axis in ("rx", "ry", "rz")]
-    assert compliances == pytest.approx(1 / np.array(gripper["stiffness"]), rel=0.05)
+    assert compliances == pytest.approx(1 / np.array(gripper["stiffness"]), rel=0.1)
     assert [found.values[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(
         truth["k"], rel=0.02
     )
