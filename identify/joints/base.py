@@ -22,8 +22,8 @@ CURVES = Registry(
     "identify.curves",
     {
         "base-parameters": "identify.joints.base_parameters:BaseParameters",
-        "friction-constant-velocity": "identify.joints.friction_steps:FrictionConstantVelocity",
-        "friction-sinusoidal": "identify.joints.friction_sine:FrictionSinusoidal",
+        "friction-constant-velocity": "identify.joints.friction:FrictionConstantVelocity",
+        "friction-sinusoidal": "identify.joints.friction:FrictionSinusoidal",
         "rigid-bodies": "identify.joints.rigid_bodies:RigidBodies",
         "stiffness-static": "identify.joints.stiffness:StiffnessStatic",
         "transmission-error": "identify.joints.transmission:TransmissionError",

@@ -30,10 +30,9 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import POWER, FrfSet, Quantity
 from identify.measured.hits import Hits, beside, cut
 from identify.measured.loaders import load_frf_set, load_time_history
-from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import in_blocks, read_log
 from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
-from identify.measured.periodic import frf_from_periods
+from identify.measured.periodic import frf_from_periods, frf_local_polynomial
 from identify.measured.time_history import TimeHistory
 from identify.measured.units import Kind
 

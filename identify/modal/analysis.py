@@ -15,7 +15,7 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.bands import Identified, identified
 from identify.modal.layout import Layout, arrange, cmif
 from identify.modal.lsfd import ModalModel

@@ -19,7 +19,7 @@ from identify.fitting.uncertainty import Uncertainty, at_bounds, inseparable
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.quality_robot import robot_notes
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
@@ -29,7 +29,7 @@ from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
 from identify.robot.visual import Looks, looks
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.file_geometry import geometry_notes

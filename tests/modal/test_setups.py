@@ -10,7 +10,7 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.mac import mac
 from identify.modal.settings import ModalSettings
 from identify.modal.setups import run

@@ -15,7 +15,7 @@ from identify.modal.mac import mac
 from identify.modal.refine import FULL, QUICK, Equations, Fit, fit, minimise
 from identify.modal.scaling import scale
 from identify.modal.settings import ModalSettings
-from identify.modal.uncertainty import covariance, leverage, noise_variance
+from identify.modal.verify import covariance, leverage, noise_variance
 from identify.modal.weights import reweighted
 from identify.modal.window import decay_per_s, frequency_and_damping, seen_through
 from tests.modal.systems import System, chain, channels, measure

@@ -21,7 +21,7 @@ from identify.core.interruption import check
 from identify.core.parameters import Scale
 from identify.core.plugin import PluginError, name_of
 from identify.core.registry import Registry, parse_kind
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.fitting.objective import Objective, compressed
 
 OPTIMIZERS = Registry(

@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.time_history import TimeHistory
 from identify.modal.analysis import check_by_hand
 from identify.modal.layout import Layout, cmif

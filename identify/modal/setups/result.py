@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.measured.frf_set import POWER, FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import ModalAnalysis, synthesis_error
 from identify.modal.layout import Layout, cmif
 from identify.modal.lsfd import ModalModel

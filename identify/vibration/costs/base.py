@@ -14,7 +14,7 @@ from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.objective import Objective
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 COSTS = Registry(

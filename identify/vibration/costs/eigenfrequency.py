@@ -16,7 +16,7 @@ from identify.fitting.objective import Objective
 from identify.modal.mac import macx
 from identify.model.modes import ComplexModes, complex_modes
 from identify.vibration.costs.base import Cost
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets
 
 
 class Condition(BaseModel):

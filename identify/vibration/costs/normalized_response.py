@@ -17,7 +17,7 @@ from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.measured.channel import Channel
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 
