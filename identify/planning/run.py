@@ -15,7 +15,7 @@ from ruamel.yaml.comments import CommentedMap
 from identify.batch.posture_table import read_postures
 from identify.core import atomic
 from identify.core.arrays import Array
-from identify.core.config_paths import relocated
+from identify.core.config_paths import relocate
 from identify.core.errors import InputError
 from identify.core.threads import one_thread
 from identify.core.thresholds import SIGMAS_95
@@ -37,6 +37,7 @@ from identify.results.plan import PlannedPlace, PlanResult, PromisedTable
 from identify.results.provenance import provenance, sha256
 from identify.robot.visual import looks
 from identify.vibration.notes import of_gap
+from identify.vibration.study import Study
 
 
 def verdict(
@@ -304,12 +305,7 @@ def study_text(known: Known, posture_deg: Array, folder: Path) -> str:
     data = round_trip().load(known.config)
     data["name"] = f"{known.name}_plan"
     if known.config_folder is not None:
-        laid = data.get("registration", {})
-        own = [(data, "points"), (data, "modal_choices"), (data.get("like", {}), "result")]
-        own += [(laid, "geometry"), (laid, "pairs")]
-        for owner, key in ((data["robot"], "urdf"), (data["robot"], "dh"), *own):
-            if key in owner:
-                owner[key] = relocated(owner[key], known.config_folder, folder)
+        relocate(Study, data, known.config_folder, folder)
     data["measurements"] = [_study_planned(number, posture) for number, posture in enumerate(posture_deg, 1)]
     return yaml_text(data)
 
