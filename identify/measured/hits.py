@@ -10,9 +10,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, Mask
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.core.text import count, listed
 from identify.measured.channel import Channel
@@ -21,10 +22,9 @@ from identify.measured.frf_set import FrfSet
 from identify.measured.time_history import TimeHistory
 
 
-class Hits(BaseModel):
+class Hits(Settings):
     """How a long record is cut."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     block_s: float = Field(gt=0, description="length of the block of each hit, s")
     before_s: float = Field(0.01, ge=0, description="how much of it is before the hit, s")
     level: float = Field(

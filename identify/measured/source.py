@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, Complex
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
@@ -40,12 +41,11 @@ _SURE, _PART = 0.1, 10
 """Relative noise up to which a line tells the inertia; of these lines, the highest tenth does."""
 
 
-class Estimation(BaseModel):
+class Estimation(Settings):
     """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the
     measurement.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     excitation: Literal["impacts", "random", "broadband", "chirp"] = Field(
         "impacts",
         description=(
