@@ -66,6 +66,7 @@ class JointCurve(Curve):
         return self.name or f"joint{self.joint} {self.kind}"
 
 
-def parse_curve(data: Any) -> Any:
+def parse_curve(data: Any) -> Curve:
     """The curve of an entry of `curves`; raises ValueError for pydantic to report with its key."""
-    return data if isinstance(data, Curve) else parse_kind(CURVES, data)
+    curve: Curve = parse_kind(CURVES, data)
+    return curve

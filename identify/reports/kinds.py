@@ -12,8 +12,9 @@ from typing import Any
 
 from rich.console import Console
 
-from identify.core.analyses import OF_KIND, load
+from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
+from identify.core.registry import load
 from identify.measured.finding import STUDY, Finding
 from identify.reports.kit.report import Report
 from identify.reports.kit.terminal import show

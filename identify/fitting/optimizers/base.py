@@ -198,7 +198,5 @@ def parse_optimizer(data: Any) -> Optimizer:
     """An optimizer from its name or mapping in the config; raises ValueError for pydantic to report with its
     key.
     """
-    if isinstance(data, Optimizer):
-        return data
     optimizer: Optimizer = parse_kind(OPTIMIZERS, {"kind": data} if isinstance(data, str) else data)
     return optimizer

@@ -222,8 +222,6 @@ def parse_effect(data: Any) -> Effect:
     """An effect from its mapping in the config, by `kind`; raises ValueError for pydantic to report with its
     key.
     """
-    if isinstance(data, Effect):
-        return data
     effect: Effect = parse_kind(EFFECTS, data)
     return effect
 
