@@ -39,7 +39,7 @@ from identify.modal.refine import (
 from identify.modal.selection import Candidate
 from identify.modal.settings import ModalSettings
 from identify.modal.state import REACH, State, dropped, narrow, pruned, refined, weighted
-from identify.modal.verified import Verified, pole_arrays, rows, stays
+from identify.modal.verified import Verified, parted, pole_arrays, stays
 from identify.modal.weights import leftover, local_variance, over_noise, required
 
 _COLLINEAR = 1e6
@@ -258,16 +258,12 @@ def _split(state: State, layout: Layout, settings: ModalSettings) -> Verified:
         None if every or mode.by_hand else fault
         for mode, fault in zip(state.modes, _faults(state, model, layout, settings), strict=True)
     ]
-    order = np.argsort(np.abs(model.poles), kind="stable")
-    inner = np.array([r for r in order if not faults[r]], dtype=int)
-    outer = np.array([r for r in order if faults[r]], dtype=int)
-    gone = state.gone + [
-        replace(state.modes[r], pole=complex(model.poles[r]), reason=faults[r]) for r in outer
+    modes = [
+        replace(mode, pole=complex(pole)) if fault else mode
+        for mode, pole, fault in zip(state.modes, model.poles, faults, strict=True)
     ]
-    modes = [state.modes[r] for r in inner]
-    inside = rows(model, inner, model.residuals)
-    by_noise = np.maximum(leftover(found)[0][inner], over_noise(found)) <= _COMPLETE
-    return Verified(modes, inside, rows(model, outer, {}), covariance(found)[inner], gone, by_noise)
+    by_noise = np.maximum(leftover(found)[0], over_noise(found)) <= _COMPLETE
+    return parted(modes, model, faults, covariance(found), by_noise, state.gone)
 
 
 def _faults(state: State, model: ModalModel, layout: Layout, settings: ModalSettings) -> list[Coded | None]:

@@ -84,7 +84,7 @@ def _kept(measured: Measured, found: ModalAnalysis, setups: SetupPoles | None) -
             found.references,
             found.model.participation,
             settings,
-            (found.seen_frequency_hz, found.seen_damping_ratio),
+            found.seen,
         ),
         rejected=rejected_poles(found.rejected),
         diagram=drawn_diagram(
