@@ -41,11 +41,10 @@ _SILENT = "what listens there is no scheduler, or one that asks for certificates
 
 @dataclass(frozen=True)
 class Cluster:
-    """A scheduler that answers, at an address; token: what its workers know this batch by."""
+    """A scheduler that answers; token: what its workers know this batch by."""
 
     client: Any
     pool: Pool
-    address: str
     token: str
 
     def submit(self, call: str, arguments: Any, attempt: int, limit_s: float | None) -> Future[Any]:
@@ -68,7 +67,7 @@ def joined(address: str) -> Iterator[Cluster]:
     with _in_our_words():
         try:
             _check_versions(client)
-            yield Cluster(client, pool, address, token)
+            yield Cluster(client, pool, token)
         finally:
             with suppress(Exception):  # of a scheduler that is gone: its workers end by themselves
                 pool.shutdown(wait=False)

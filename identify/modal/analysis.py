@@ -20,7 +20,7 @@ from identify.modal.bands import Identified, identified
 from identify.modal.layout import Layout, arrange, cmif
 from identify.modal.lsfd import ModalModel
 from identify.modal.reasons import Why
-from identify.modal.scaling import ReciprocityCheck, Scaling, reciprocity, scale
+from identify.modal.scaling import ReciprocityCheck, reciprocity, scale
 from identify.modal.selection import Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
@@ -47,7 +47,6 @@ class ModalAnalysis:
     table: ModalTable
     model: ModalModel
     outside: ModalModel
-    scaling: Scaling
     modes: tuple[Candidate, ...]
     rejected: tuple[Candidate, ...]
     diagram: Diagram
@@ -114,7 +113,7 @@ def check_by_hand(found: Verified, settings: ModalSettings) -> None:
 
 def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalSettings) -> ModalAnalysis:
     verified, model = found.verified, found.verified.model
-    scaling = scale(model, layout)
+    shapes, mass_normalised = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
@@ -124,10 +123,10 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         frequency,
         damping,
         layout.responses,
-        scaling.shapes,
+        shapes,
         std[:, 0],
         std[:, 1],
-        np.ones(len(model)) if scaling.mass_normalised else None,
+        np.ones(len(model)) if mass_normalised else None,
         source=frf_set.source,
         sha256=frf_set.sha256,
     )
@@ -135,7 +134,6 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         table=table,
         model=model,
         outside=verified.outside,
-        scaling=scaling,
         modes=tuple(verified.modes),
         rejected=tuple(verified.rejected),
         diagram=found.diagram,

@@ -64,18 +64,17 @@ def as_analysis(
     if layout.transposed:
         model = replace(model, participation=model.shapes, shapes=model.participation)
         rebuilt = rebuilt.transpose(0, 2, 1)
-    scaling = scale(model, layout)
+    shapes, mass_normalised = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
     std = merged.frequency_std_hz[inside], merged.damping_std[inside]
-    mass = np.ones(len(model)) if scaling.mass_normalised else None
+    mass = np.ones(len(model)) if mass_normalised else None
     none = np.zeros(0, dtype=int)
     return ModalAnalysis(
         table=ModalTable(
-            frequency, damping, layout.responses, scaling.shapes, *std, mass, None, data.source, data.sha256
+            frequency, damping, layout.responses, shapes, *std, mass, None, data.source, data.sha256
         ),
         model=model,
         outside=ModalModel(model.poles[none], model.participation[none], model.shapes[none], {}),
-        scaling=scaling,
         modes=tuple(_candidate(merged, r, found) for r in rows),
         rejected=tuple(_rejected(merged, inside, names, found)),
         diagram=_diagram([one.diagram for one in found]),
