@@ -102,7 +102,7 @@ def evaluate(
             for m in problem.measurements
         },
         published=_published(problem),
-        profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
+        profiles={name: profile(problem, fit.values, trusted, name) for name in profiled},
         provenance=provenance_of(problem.file),
         description=description_of(problem.file, problem.points),
         uncertainty=stated,
@@ -303,11 +303,6 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
         gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
         **frf_errors(measured, fitted),
     )
-
-
-def _profile(problem: Problem, fit: Fit, trusted: Uncertainty, name: str) -> results.ProfileCurve:
-    found = profile(problem, fit.values, trusted, name)
-    return results.ProfileCurve(found.values, found.rise, found.low, found.high)
 
 
 def _published(problem: Problem) -> results.PublishedValues | None:
