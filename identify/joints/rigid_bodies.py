@@ -175,7 +175,7 @@ class RigidBodies(ArmMotion):
         names = all_names(arm.robot, arm.rows, bench.coupling)
         bodies = _Bodies.of(own, arm.robot, names)
         fit, seen = _problem(arm, bodies, self.uncertainty_percent / 100)
-        values = fit.solve(_start(arm, bodies, fit, seen))
+        values = fit.solve(_start(bodies, fit, seen))
         base = arm.chosen.regrouping[:, seen] @ (values + bodies.carried[seen])
         found = [
             tidied(body_of(matrix, link.name))
@@ -255,7 +255,7 @@ def _problem(arm: ArmRegression, bodies: _Bodies, share: float) -> tuple[Consist
     ), seen
 
 
-def _start(arm: ArmRegression, bodies: _Bodies, fit: ConsistentFit, seen: Index) -> Array:
+def _start(bodies: _Bodies, fit: ConsistentFit, seen: Index) -> Array:
     """Bodies as described, with what the joints then have, as least squares finds it; rotors inside."""
     start = bodies.values[seen]
     joints = np.setdiff1d(np.arange(len(seen)), fit.bodies.ravel())
