@@ -9,8 +9,9 @@ from identify.core.version import VERSION
 
 
 def main() -> None:
-    """Entry point: limits BLAS to one thread (small matrices), turns input errors and want of memory into a
-    sentence and exit code 2, Ctrl-C and a polite kill into one and exit code 130.
+    """Entry point: limits BLAS to one thread (small matrices), turns input errors, paths that the system does
+    not take, and want of memory into a sentence and exit code 2, Ctrl-C and a polite kill into one and exit
+    code 130.
 
     The version is printed without loading what parses a command line.
     """
@@ -34,6 +35,12 @@ def main() -> None:
                 raise
     except (InputError, InputErrors) as error:
         typer.echo("\n".join(f"error: {line}" for line in str(error).splitlines()), err=True)
+        sys.exit(EXIT_BAD_INPUT)
+    except OSError as error:
+        if error.filename is None:  # such as of a pipe that was closed
+            raise
+        found = f"{error.filename}: {error.strerror}"
+        typer.echo(f"error: {found}; expected a path that can be used; choose another.", err=True)
         sys.exit(EXIT_BAD_INPUT)
     except MemoryError as error:
         typer.echo(

@@ -8,6 +8,7 @@ import os
 import signal
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -71,3 +72,13 @@ def planar_fit(tmp_path_factory: pytest.TempPathFactory) -> Path:
     from tests.machining.planar_fit import write_fit
 
     return write_fit(tmp_path_factory.mktemp("planar"))
+
+
+@pytest.fixture(scope="module")
+def no_measured_modes() -> Iterator[None]:
+    """The modes of measured FRFs are not looked for, which takes a third of a small run: tests of them are in
+    tests/vibration/test_measured_modes.py and tests/modal.
+    """
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("identify.vibration.measured_modes._identified", lambda *_: None)
+        yield

@@ -319,3 +319,17 @@ def test_memory_that_is_not_there_is_a_sentence(
     with pytest.raises(SystemExit, match="2"):
         main()
     assert "error: more memory than there is (Unable to allocate" in capsys.readouterr().err
+
+
+STUDY = str(ROOT / "configs" / "arm_hammer_test.yaml")
+
+
+@pytest.mark.parametrize("words", [["modes", "x" * 300 + ".uff"], ["fit", STUDY, "--out", "x" * 300 + ".h5"]])
+def test_a_path_that_the_system_does_not_take_is_a_sentence(
+    words: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["identify", *words])
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    said = capsys.readouterr().err
+    assert "ame too long" in said and "expected a " in said and said.count("error: ") == 1

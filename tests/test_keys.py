@@ -170,6 +170,7 @@ NOT_VARIED = {
     "robot.tip": "of several arms: tests/robot/test_chain.py",
     "robot.lock": "of joints beside the arm: tests/robot/test_chain.py",
     "robot.mounted_rpy_deg": "another way to say gravity: tests/robot/test_read.py",
+    "robot.units.angle": "the arm here turns nothing: tests/setup/test_bodies.py",
     "robot.mass_kg": "only compared: tests/robot/test_plausible.py",
     "measurements.estimate": _ELSEWHERE + "tests/test_time_histories.py",
     "measurements.motor_": "needs motors: tests/vibration/test_motors.py",

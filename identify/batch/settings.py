@@ -5,6 +5,7 @@ studies to fit, one by one.
 from __future__ import annotations
 
 import glob
+import os
 import re
 from collections.abc import Iterator
 from copy import deepcopy
@@ -88,6 +89,8 @@ class BatchSettings(Settings):
             raise ValueError(
                 "`measurements`, `table` and `each` need the base `study` that is fitted to them"
             )
+        if self.each and not (self.measurements or self.table):
+            raise ValueError("`each` is of `measurements` and `table`, which the batch does not have")
         return self
 
     @property
@@ -138,9 +141,19 @@ def read_batch(path: Path) -> Batch:
         for one in measured:
             items.append(Item(str(one.get("name") or _stem(one)), study, ({**one, "use": "fit"},)))
         joint = Item("joint", study, tuple(measured)) if settings.joint else None
-    for pattern in settings.studies:
-        items += [Item(Path(found).stem, path.parent / found) for found in _found(path.parent, pattern)]
+    for found in _studies(path, settings):
+        items.append(Item(Path(found).stem, path.parent / found))
     return Batch(path, text, settings, tuple(_distinct(items)), joint)
+
+
+def _studies(path: Path, settings: BatchSettings) -> list[str]:
+    """Whole studies; InputError for one that stands twice, which would count twice."""
+    found = [one for pattern in settings.studies for one in _found(path.parent, pattern)]
+    places = [os.path.abspath(path.parent / one) for one in found]
+    for number, one in enumerate(found):
+        if places[number] in places[:number]:
+            raise InputError(f"{path}, key studies", f"{one} twice", "each study once", "take one out")
+    return found
 
 
 def _of_study(study: Path) -> list[Data]:

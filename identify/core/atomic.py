@@ -43,10 +43,10 @@ def write_atomically(path: Path, fill: Callable[[Path], object], fix: str = ELSE
 def check_writable(path: Path, fix: str = ELSEWHERE) -> None:
     """Raise the InputError of `write_atomically` now where it could not write; what is at `path` stays."""
     check_name(path.name)
-    if path.is_dir():
-        raise InputError(str(path), "is a folder", "a place for a file", fix)
     aside = _aside(path)
     try:
+        if path.is_dir():
+            raise InputError(str(path), "is a folder", "a place for a file", fix)
         path.parent.mkdir(parents=True, exist_ok=True)
         aside.touch()
         aside.unlink()

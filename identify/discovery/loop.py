@@ -117,10 +117,11 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
             break
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
-        odds = min(-likelier(state, model), _over_ends(state)(one.effect))
+        odds = min(-likelier(state, model), most(one.effect))
         if odds < CONVINCING:
             story.say(f"Not confirmed: {one.effect.sentence()}.")
             state = State(state.problem, model, tuple(other for other in state.added if other != one))
+            most = _over_ends(state)  # of another model
         elif one.evidence < CONVINCING:
             told = (replace(one, evidence=odds) if other == one else other for other in state.added)
             state = replace(state, added=tuple(told))

@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from identify.core.config import ConfigFile, Settings, read_settings
 from identify.robot.settings import Ratio, RobotSettings
@@ -15,6 +15,7 @@ from identify.robot.settings import Ratio, RobotSettings
 SCHEMA = "identify-excite/1"
 Target = Literal["base-parameters", "friction", "transmission-error"]
 Range = tuple[float, float]
+Amount = Annotated[float, Field(ge=0)]
 
 
 class WorkspaceRegion(Settings):
@@ -25,6 +26,13 @@ class WorkspaceRegion(Settings):
     x_m: Range | None = Field(None, description="least and most; default: anywhere")
     y_m: Range | None = Field(None, description="least and most; default: anywhere")
     z_m: Range | None = Field(None, description="least and most, such as [0.2, 9] above a table")
+
+    @field_validator("x_m", "y_m", "z_m")
+    @classmethod
+    def _rising(cls, value: Range | None) -> Range | None:
+        if value is not None and not value[0] < value[1]:
+            raise ValueError(f"{value[0]:g} to {value[1]:g} m; expected least below most")
+        return value
 
     @property
     def ranges(self) -> tuple[Range, Range, Range]:
@@ -49,11 +57,11 @@ class KnownDrives(Settings):
     """What is known of drives, a number per joint: for the rehearsal, and what need not be found."""
 
     gear_ratio: list[Ratio] | None = Field(None, description="turns of the motor per turn of the joint")
-    rotor_inertia_kg_m2: list[float] | None = Field(
+    rotor_inertia_kg_m2: list[Amount] | None = Field(
         None, description="at the motor; default: not known, so that it is found along"
     )
-    coulomb_nm: list[float] | None = Field(None, description="expected, at the joint; default: none")
-    viscous_nm_s_per_rad: list[float] | None = Field(None, description="expected; default: none")
+    coulomb_nm: list[Amount] | None = Field(None, description="expected, at the joint; default: none")
+    viscous_nm_s_per_rad: list[Amount] | None = Field(None, description="expected; default: none")
     orders: list[float] = Field([1.0, 2.0], description="waves per turn of the motor to be found")
     waves_below_hz: float = Field(
         10.0,

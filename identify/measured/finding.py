@@ -64,6 +64,11 @@ def kept(read: Callable[[], T], refused: list[InputError]) -> T | None:
     return None
 
 
+def as_notes(findings: Iterable[Finding]) -> list[str]:
+    """Findings as notes of a result."""
+    return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in findings]
+
+
 def listing(channels: list[Channel] | list[int], most: int = 6) -> str:
     """Names joined by commas, the rest counted."""
     more = f" and {len(channels) - most} more" if len(channels) > most else ""

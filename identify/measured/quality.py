@@ -12,6 +12,7 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from identify.core.text import count
 from identify.measured import quality_noise as noise
 from identify.measured import quality_physics as physics
 from identify.measured import silent
@@ -171,6 +172,7 @@ def frequency_axis(frf_set: FrfSet) -> Iterator[Finding]:
         span = f"{steps.min():.4g} to {steps.max():.4g} Hz"
         sentence = f"The frequency steps vary from {span}, the widest above {gap:.4g} Hz: are lines missing?"
         yield Finding("warn", "uneven-frequency", (), sentence, float(steps.max() / steps.min()))
-    if len(frf_set.frequency_hz) < 20:
-        sentence = f"Only {len(frf_set.frequency_hz)} frequency lines lie in the band."
-        yield Finding("warn", "few-lines", (), sentence, len(frf_set.frequency_hz))
+    lines = len(frf_set.frequency_hz)
+    if lines < 20:
+        sentence = f"Only {count(lines, 'frequency line')} {'lies' if lines == 1 else 'lie'} in the band."
+        yield Finding("warn", "few-lines", (), sentence, lines)

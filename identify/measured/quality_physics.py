@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
-from identify.core.arrays import Complex, Mask
+from identify.core.arrays import Array, Complex, Mask
+from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.finding import Finding
 from identify.measured.frf_set import POWER, FrfSet
+from identify.measured.noise import noise_std
 from identify.measured.quality_noise import LOW_COHERENCE
 
 ASKEW = np.radians(6.0)
@@ -19,6 +22,8 @@ ASKEW = np.radians(6.0)
 APPARENT_MASS_KG = (0.05, 1e5)
 STATIC_STIFFNESS_N_PER_M = (1e3, 1e10)
 """What a robot's drive point may look like; outside, the unit is likely to be wrong."""
+_BY_CHANCE = 1e-3
+"""Probability below which negative real parts are more than noise."""
 
 
 def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
@@ -27,13 +32,16 @@ def drive_points(frf_set: FrfSet) -> Iterator[Finding]:
 
     That holds at any s with Re s >= 0, so with exponential windows too.  Measured by the share of negative
     real parts in sum |Re Y|^2, lines of larger response counting more.  The imaginary part of a drive-point
-    receptance is then negative, of an accelerance positive.
+    receptance is then negative, of an accelerance positive.  Nothing is said where noise alone may do that,
+    as in a band without a resonance.
     """
     found = False
-    mobility = _mobility(frf_set)
+    mobility, noise = _mobility(frf_set), _noise_of_mobility(frf_set)
     for i, j, sign in _same_place(frf_set):
         found = True
         real = sign * mobility[:, i, j].real
+        if noise is not None and _by_noise(np.minimum(real, 0.0) / noise[:, i, j]):
+            continue
         negative = float(np.sum(np.minimum(real, 0) ** 2) / np.sum(real**2)) if np.any(real) else 0.0
         pair = (frf_set.outputs[i], frf_set.inputs[j])
         name = f"Drive point {pair[0]}/{pair[1]}"
@@ -150,6 +158,22 @@ def size(frf_set: FrfSet) -> Iterator[Finding]:
 def _mobility(frf_set: FrfSet) -> Complex:
     """The set as velocity over force."""
     return np.asarray(frf_set.frf * frf_set.s[:, None, None] ** (1 - POWER[frf_set.quantity]))
+
+
+def _noise_of_mobility(frf_set: FrfSet) -> Array | None:
+    """Standard deviation (lines, outputs, inputs) of its real part; None where it is not known."""
+    try:
+        noise = noise_std(frf_set) if frf_set.noise is None else frf_set.noise
+    except InputError:
+        return None
+    return np.asarray(noise * np.abs(frf_set.s[:, None, None]) ** (1 - POWER[frf_set.quantity]))
+
+
+def _by_noise(negative: Array) -> bool:
+    """Whether real parts (lines,) that are negative by so many standard deviations, or zero, may be noise
+    around those of a passive structure.
+    """
+    return bool(scipy.special.chdtrc(len(negative), np.sum(negative**2)) > _BY_CHANCE)
 
 
 def _same_place(frf_set: FrfSet) -> Iterator[tuple[int, int, int]]:

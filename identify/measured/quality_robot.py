@@ -10,13 +10,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from identify.core.text import listed
-from identify.measured.finding import Finding
+from identify.measured.finding import Finding, as_notes
+from identify.measured.quality_places import far_payloads
 from identify.robot.description import Joint, Link, Robot
 
 _LONGEST_M = 100.0
 """Arms are shorter; 1/1000 of one that is longer is still an arm."""
 _DENSEST = 22_600.0
 """Of osmium, kg/m^3: nothing is denser."""
+_TURN = 2 * np.pi * (1 + 1e-3)
+"""rad: a pose says no more than once around; what does is 90 or 180 degrees."""
 _PULL = (1.0, 30.0)
 """m/s^2: from the Moon's to beyond any planet's on which one could stand; 0 is that of a test without it."""
 
@@ -26,10 +29,16 @@ def check_robot(robot: Robot) -> Iterator[Finding]:
     yield from _length(robot)
     yield from _bodies(robot)
     yield from _twists(robot)
+    yield from far_payloads(robot)
     pull = float(np.linalg.norm(robot.gravity))
     if pull and not _PULL[0] <= pull <= _PULL[1]:
         sentence = f"Gravity is {pull:.4g} m/s^2: is `gravity_m_s2` in m/s^2?"
         yield Finding("warn", "gravity", (), sentence, pull)
+
+
+def in_degrees(robot: Robot) -> bool:
+    """Whether the file has angles that only degrees can be."""
+    return robot.largest_turn > _TURN
 
 
 def possible(robot: Robot) -> bool:
@@ -39,7 +48,7 @@ def possible(robot: Robot) -> bool:
 
 def robot_notes(robot: Robot) -> list[str]:
     """The same as notes of a result."""
-    return [f"{one.sentence[:1].lower()}{one.sentence[1:]}" for one in check_robot(robot)]
+    return as_notes(check_robot(robot))
 
 
 def _length(robot: Robot) -> Iterator[Finding]:
@@ -83,7 +92,15 @@ def _least_density(link: Link) -> float:
 
 
 def _twists(robot: Robot) -> Iterator[Finding]:
-    """Neighbouring axes that are turned by pi/2 or pi degrees: radians where degrees were to be."""
+    """Neighbouring axes that are turned by pi/2 or pi degrees: radians where degrees were to be; and poses
+    that are turned by more than once around: degrees where radians were to be.
+    """
+    if in_degrees(robot):
+        sentence = (
+            f"An `rpy` of the robot file is {robot.largest_turn:.4g} rad, more than once around: are they in"
+            " degrees?  Then state `robot.units.angle: deg`."
+        )
+        yield Finding("warn", "robot-angles", (), sentence, robot.largest_turn)
     angles = np.degrees([_between(*pair) for pair in zip(robot.joints, robot.joints[1:], strict=False)])
     right = [a for a in angles if np.isclose(a, np.pi / 2, rtol=2e-3) or np.isclose(a, np.pi, rtol=2e-3)]
     if right:

@@ -121,6 +121,9 @@ def _names(message: Any) -> tuple[str, ...]:
 Lookup = Callable[[str, SignalUnit | None], Any]
 """The array of that name, or None; a file that keeps units gives the one of that unit in SI."""
 JOINT = "{joint}"
+_LARGEST, _NAMED = 1e30, 4
+"""Of what is recorded, in any unit: squares of what is larger are no numbers;
+columns that an error names."""
 
 
 class RecordFile:
@@ -144,9 +147,8 @@ class RecordFile:
         value = self._lookup(written, unit)
         where = f"{self.path}, {written}"
         if value is None:
-            raise InputError(
-                where, "nothing of that name is in the file", "the name of an array", "correct `signals`"
-            )
+            found = "nothing of that name is in the file"
+            raise InputError(where, found, self._known or "the name of an array", "correct `signals`")
         array = np.asarray(value)
         if array.dtype.kind not in "fiu" or array.ndim not in (1, 2):
             raise InputError(
@@ -154,14 +156,19 @@ class RecordFile:
                 f"{array.dtype} of {array.ndim} dimensions",
                 "real numbers over time, for one or all joints",
             )
-        if not np.isfinite(array.astype(float)).all():
-            raise InputError(
-                where,
-                "values that are not finite",
-                "numbers",
-                "export it again, or name only the joints that were recorded",
-            )
-        return array.astype(float)
+        values = array.astype(float)
+        wrong = np.argwhere(~(np.abs(values) < _LARGEST))
+        if len(wrong):
+            found = f"values that are not finite, or beyond {_LARGEST:g}, at sample {wrong[0].max()} first"
+            fix = "export it again, or name only the joints that were recorded"
+            raise InputError(where, found, "numbers", fix)
+        return values
+
+    @property
+    def _known(self) -> str:
+        """Some of the names that a table has, for an error; empty for other files."""
+        names = read_table(self.path).header if self.form == "csv" else ()
+        return f"a column, such as {', '.join(names[:_NAMED])}" if names else ""
 
 
 def _of_mat(path: Path) -> Lookup:

@@ -14,6 +14,7 @@ from identify.measured.quality_robot import check_robot
 from identify.motion.plan import motion_plan
 from identify.motion.problem import MotionProblem, fastest_mode, load_motion
 from identify.motion.study import read_motion_study
+from identify.motion.tool import far_tool
 
 _MOST_BITS = 32
 
@@ -31,7 +32,8 @@ def run_checks(config: Path) -> Checked:
     if fitted:
         kept(lambda: motion_plan(problem, study.optimizer, study.starts), refused)
     found = check_records([r.measured for r in problem.records if r.measured is not None])
-    found[STUDY] += [*check_robot(problem.robot), *_encoders(study.encoder_counts), _of_model(problem)]
+    found[STUDY] += [*check_robot(problem.robot), *far_tool(problem), *_encoders(study.encoder_counts)]
+    found[STUDY].append(_of_model(problem))
     return Checked(found, tuple(map(file.at_its_line, refused)), "fit" if fitted else "simulate")
 
 

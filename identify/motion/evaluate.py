@@ -12,6 +12,7 @@ from identify.core.arrays import Array
 from identify.core.parameters import Scale
 from identify.fitting.tables import parameter_table, start_table
 from identify.fitting.uncertainty import Uncertainty, at_bounds
+from identify.measured.finding import as_notes
 from identify.measured.quality_robot import robot_notes
 from identify.motion.closed_loop import closed_loops
 from identify.motion.glitches import glitches
@@ -20,7 +21,7 @@ from identify.motion.problem import MotionProblem
 from identify.motion.recording import TOOL, PreparedRecord
 from identify.motion.simulate import SimulatedMotion
 from identify.motion.step_error import step_error
-from identify.motion.tool import COMMAND, recorded_paths, tool_paths
+from identify.motion.tool import COMMAND, far_tool, recorded_paths, tool_paths
 from identify.motion.trajectory import (
     TrajectoryObjective,
     all_signals,
@@ -112,6 +113,7 @@ def _result(
         verdict=_verdict(problem, found, trusted, judged, runs / seconds),
         notes=(
             *robot_notes(problem.robot),
+            *as_notes(far_tool(problem)),
             *_notes(records),
             *without,
             *(

@@ -4,9 +4,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.measured.finding import Finding
+from identify.measured.quality_places import far_places
 from identify.motion.problem import MotionProblem
 from identify.motion.recording import PreparedRecord
 from identify.robot.engine_motion import MovingArm
@@ -46,3 +50,10 @@ def recorded_paths(problem: MotionProblem, record: PreparedRecord) -> dict[str, 
     if record.tool is not None:
         found[RECORDED_END] = measured.time_s, record.tool
     return found
+
+
+def far_tool(problem: MotionProblem) -> Iterator[Finding]:
+    """A tool that cannot be on the robot."""
+    tool = problem.file.study.tool
+    if tool is not None:
+        yield from far_places(problem.robot, {"tool.at_m": (tool.link, np.array(tool.at_m))})

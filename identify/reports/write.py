@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.core.atomic import write_atomically
+from identify.core.atomic import check_writable, write_atomically
 from identify.core.interruption import check
 from identify.core.text_input import csv_text
 from identify.reports.kinds import read_any, report_of
@@ -27,6 +27,7 @@ from identify.reports.kit.page import page
 from identify.results.comparison import compared
 
 _ELSEWHERE = "move the result file there"
+_FOLDER = "choose another folder with `--export`"
 _DPI = 200
 _DIGITS = ".9g"
 Contents = Iterator[tuple[str, bytes]]
@@ -37,7 +38,8 @@ def write_reports(path: Path, *others: Path, export: Path | None = None) -> list
     of their comparison.
 
     export: a folder for every figure as PNG and SVG and all data as CSV.  The same result gives the same
-    bytes. Raises InputError for a file that is no result, and where a report cannot be written.
+    bytes. Raises InputError for a file that is no result, and where a report cannot be written, before
+    anything is.
     """
     return list(reports(path, *others, export=export))
 
@@ -50,6 +52,10 @@ def reports(path: Path, *others: Path, export: Path | None = None) -> Iterator[P
     stem = path.with_name(_together(files)) if others else path.with_suffix("")
     page_path, pdf_path = (stem.with_name(f"{stem.name}{suffix}") for suffix in (".html", ".pdf"))
     report = report_of(result)
+    for target in (page_path, pdf_path):
+        check_writable(target, _ELSEWHERE)
+    if export:
+        check_writable(export / "tables.csv", _FOLDER)
     _write(page_path, page(result, report).encode(), _ELSEWHERE)
     yield page_path
     printed = document(result, report)
@@ -67,7 +73,7 @@ def _together(files: Sequence[Path]) -> str:
 
 def _export(found: Sequence[tuple[str, bytes]], folder: Path) -> list[Path]:
     for name, content in found:
-        _write(folder / name, content, "choose another folder with `--export`")
+        _write(folder / name, content, _FOLDER)
     return [folder]
 
 

@@ -56,7 +56,7 @@ class Robot:
     frames maps the name of a further frame (a flange, a tool) to the link that carries it and its pose
     (4, 4) there. gravity (3,) is in the base link's axes (m/s^2); visuals: what links look like;
     payloads: bodies that were merged into links, with the name of the link; notes: what was left out or
-    assumed when it was read, in sentences.
+    assumed when it was read, in sentences; largest_turn: of any pose that its file states, rad.
     """
 
     name: str
@@ -67,6 +67,7 @@ class Robot:
     visuals: tuple[Visual, ...] = ()
     payloads: tuple[tuple[str, Link], ...] = ()
     notes: tuple[str, ...] = ()
+    largest_turn: float = 0.0
 
     def link(self, name: str, where: str = "robot") -> Link:
         """The link of that name; an unknown name is an InputError with the known ones."""

@@ -24,7 +24,7 @@ matrix has them. The angles of rpy_deg are about the fixed x, y, z axes in that 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from reprlib import repr as shortened
 from typing import Annotated, Any, Literal
@@ -68,6 +68,9 @@ def read_dh(
     was found and expected.
     """
     data = read_yaml_file(path, "a Denavit-Hartenberg table in YAML")
+    if not isinstance(data, Mapping):
+        expected = "`convention`, `joints`, `links` and the other keys of a Denavit-Hartenberg table"
+        raise InputError(path.name, "not a mapping of keys", expected, "see docs/descriptions.md")
     try:
         table = DhTable.model_validate(plain(data))
     except ValidationError as error:

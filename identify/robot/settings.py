@@ -75,6 +75,6 @@ class RobotSettings(_Finite):
             raise ValueError("give either `urdf` or `dh`")
         if self.gravity_m_s2 is not None and self.mounted_rpy_deg is not None:
             raise ValueError("give either `gravity_m_s2` or `mounted_rpy_deg`")
-        if self.dh and (self.arguments or self.tip or self.lock):
-            raise ValueError("`arguments`, `tip` and `lock` are of a `urdf`")
+        if self.dh and (self.arguments or self.tip or self.lock or self.units.angle != SI.angle):
+            raise ValueError("`arguments`, `tip`, `lock` and `units.angle` are of a `urdf`")
         return self

@@ -1,10 +1,11 @@
-"""Units of a robot file that is not in SI: what its masses, lengths and inertias are really in."""
+"""Units of a robot file that is not in SI: what its masses, lengths, inertias and angles are really in."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Literal
 
+import numpy as np
 from pydantic import Field
 
 from identify.core.arrays import Array
@@ -24,7 +25,8 @@ INERTIAS = {
     "lb m2": POUND_KG,
     "lb in2": POUND_KG * INCH_M**2,
 }
-"""kg, m and kg m^2 per unit."""
+ANGLES = {"rad": 1.0, "deg": float(np.radians(1.0))}
+"""kg, m, kg m^2 and rad per unit."""
 
 
 class RobotUnits(Settings):
@@ -35,6 +37,7 @@ class RobotUnits(Settings):
     inertia: Literal["kg m2", "kg cm2", "kg mm2", "g mm2", "g cm2", "g m2", "lb m2", "lb in2"] = Field(
         "kg m2", description="such as kg mm2, g mm2 or lb in2"
     )
+    angle: Literal["rad", "deg"] = Field("rad", description="of `rpy` in a URDF: rad or deg")
 
     @property
     def si(self) -> bool:

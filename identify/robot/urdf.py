@@ -22,7 +22,7 @@ from identify.robot.chain import Choice, one_chain
 from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault, merge
 from identify.robot.pose import inverse, seen_from
 from identify.robot.source import NO_ARGUMENTS, read_source
-from identify.robot.units import SI, RobotUnits
+from identify.robot.units import ANGLES, SI, RobotUnits
 from identify.robot.urdf_elements import UrdfJoint, UrdfLink, joints, links
 from identify.robot.visual import visuals
 
@@ -51,7 +51,7 @@ def read_urdf(
     and get mass 0; gravity: in the axes of the root link, m/s^2; units: those of the file; choice: which of
     its joints are the arm; arguments: of a xacro.
     """
-    document = read_source(path, arguments).document()
+    document = replace(read_source(path, arguments).document(), angle=ANGLES[units.angle])
     chain = one_chain(path.name, *_in_si(units, links(document), joints(document)), choice)
     named, outgoing = chain.links, _outgoing(chain.joints)
     children = {joint.child for joint in chain.joints}
@@ -85,6 +85,7 @@ def read_urdf(
         pull,
         visuals(document),
         notes=tuple(notes),
+        largest_turn=document.largest_turn,
     )
 
 

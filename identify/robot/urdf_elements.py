@@ -4,6 +4,7 @@ urdf.py.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree
@@ -63,7 +64,7 @@ class UrdfLink:
 @dataclass(frozen=True)
 class UrdfDocument:
     """A parsed XML file that remembers the line of every element; made: what it is, where it is not the file
-    itself.
+    itself; angle: the unit of its `rpy`, rad.
     """
 
     path: Path
@@ -71,6 +72,7 @@ class UrdfDocument:
     lines: Lines
     made: str = ""
     notes: tuple[str, ...] = ()
+    angle: float = 1.0
 
     def where(self, element: ElementTree.Element, owner: str = "") -> str:
         """File, line and element, for an error."""
@@ -126,7 +128,16 @@ class UrdfDocument:
             self.numbers(found, key, 3, owner) if key in found.attrib else [0.0, 0.0, 0.0]
             for key in ("xyz", "rpy")
         )
-        return pose(xyz, rpy)
+        return pose(xyz, self.angle * np.array(rpy))
+
+    @property
+    def largest_turn(self) -> float:
+        """The largest angle of any `rpy`, rad; of what is no number 0."""
+        found = [0.0]
+        for element in self.root.iter("origin"):
+            with suppress(ValueError):
+                found += [abs(float(word)) for word in element.get("rpy", "").split()]
+        return self.angle * max(found)
 
 
 def links(document: UrdfDocument) -> dict[str, UrdfLink]:

@@ -75,22 +75,25 @@ def no_phases(data: FrfSet) -> Iterator[Finding]:
     yield Finding("fail", check, (), sentence)
 
 
-def sag(score: Score) -> float:
+def sag(score: Score) -> float | None:
     """g over reach and the square of the first resonance of a fitted model, rad: how far the drives would
-    give way under the arm's own weight; infinite where its damping leaves no resonance.
+    give way under the arm's own weight; None where it has no resonance up to the highest line of the data,
+    which then say how soft drives are at least, but not how stiff at most.
     """
-    system = score.problem.measurements[0].system
-    modes = complex_modes(*system.matrices(score.values))
-    if not len(modes.frequency_hz):
-        return np.inf
+    first = score.problem.measurements[0]
+    modes = complex_modes(*first.system.matrices(score.values))
+    highest = max(float(target.data.frequency_hz.max()) for target in score.problem.targets().frf)
+    if not len(modes.frequency_hz) or modes.frequency_hz[0] > highest:
+        return None
     length = max(reach(score.problem.robot), 1e-3)
     pull = float(np.linalg.norm(score.problem.robot.gravity)) or 9.81
     return pull / (length * (2 * np.pi * float(modes.frequency_hz[0])) ** 2)
 
 
 def too_stiff(score: Score) -> bool:
-    """Whether no drive is as stiff as the first resonance says."""
-    return sag(score) < _SAG
+    """Whether no drive is as stiff as the first resonance says, where the data have one."""
+    found = sag(score)
+    return found is not None and found < _SAG
 
 
 def findings(robot: Robot, sets: Mapping[str, FrfSet]) -> list[tuple[str, Finding]]:

@@ -32,7 +32,7 @@ def _checked(file: StudyFile) -> Checked:
     for name, finding in findings(problem.robot, known):
         found[name or STUDY].append(finding)
     diagnosis = None
-    if not any(one.check in _NO_FRFS for some in found.values() for one in some):
+    if not any(one.check in _NO_FIT and one.level == "fail" for some in found.values() for one in some):
         diagnosis = look(problem).diagnosis
     if diagnosis is not None:
         text = " ".join(sentences(diagnosis, file.path.name))
@@ -44,5 +44,5 @@ def _checked(file: StudyFile) -> Checked:
     return replace(checked, findings=found)
 
 
-_NO_FRFS = ("magnitude", "decibels", "real-part")
+_NO_FIT = ("magnitude", "decibels", "real-part", "far-point", "far-place")
 """Findings beside which a fit says nothing."""

@@ -22,7 +22,7 @@ from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
 from identify.setup.soft import springs_explain
 from identify.setup.stated import Stated, stated
-from identify.setup.within import times, within
+from identify.setup.within import times, within, within_as_stated
 from identify.vibration.problem import Problem
 
 LARGE = 20.0
@@ -90,11 +90,11 @@ def look(problem: Problem, gap: float | None = None) -> Looked:
 
 def _look(as_stated: Stated, gap: float | None) -> Looked:
     first = scored(as_stated.problem())
-    now = within(first, as_stated.uncertainty)
+    now = within_as_stated(first, as_stated.uncertainty)
     if too_stiff(first) and (fast := _in_rad_per_s(as_stated, first, now.gap, alone=True)) is not None:
         return fast
     small = (gap or now.gap) <= LARGE and first.cost <= ROUGH
-    if abs(first.level) < SLIGHT and now.explained:
+    if now.explained:  # whatever logarithms say, which noise and bands without a resonance leave open
         found = Found(Looked(now.gap), first)
     elif abs(first.level) < SLIGHT and small:
         found = _found(as_stated, searched_where_slight(as_stated, first), now.gap)
@@ -150,6 +150,8 @@ def _without_factor(as_stated: Stated, with_it: _Put, nothing: Found) -> Found:
     decision = replace(with_it.decision, factor=None)
     gap, mistakes = nothing.looked.gap, _mistakes(decision)
     for put in _put_right(as_stated, [decision]) if mistakes else ():
+        if put.gap >= gap:
+            return nothing
         told = Diagnosis(mistakes, _sure(decision.log_odds), gap, put.gap, put.edits)
         return Found(Looked(gap, told), put.score)
     return nothing
@@ -255,17 +257,19 @@ def _gap(one: _Put) -> float:
 def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool = False) -> Looked | None:
     """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
     of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
-    None where they would be as stiff in rad/s, or (alone) where that alone leaves something to be explained.
+    None where they would be as stiff in rad/s, or the data would have no resonance that tells, or (alone)
+    where that alone leaves something to be explained.
     """
     for hypothesis in radians_per_second(as_stated, stiff):
         there = as_stated.changed(hypothesis.edits)
         score = scored(there.problem())
-        if too_stiff(score) or (alone and not _right(there, score)):
+        now, then = sag(stiff), sag(score)
+        if now is None or then is None or too_stiff(score) or (alone and not _right(there, score)):
             continue
-        degrees, right = np.degrees(sag(stiff)), np.degrees(sag(score))
         sentence = (
-            f"{hypothesis.sentence}: as stated, the arm would sag under its own weight by {degrees:.1g}"
-            f" degrees, which no drive is stiff enough for; in rad/s by {right:.1g}"
+            f"{hypothesis.sentence}: as stated, the arm would sag under its own weight by"
+            f" {np.degrees(now):.1g} degrees, which no drive is stiff enough for; in rad/s by"
+            f" {np.degrees(then):.1g}"
         )
         inner = _look(there, None)
         mistake = Mistake(hypothesis.code, sentence)

@@ -7,13 +7,14 @@ from functools import partial
 from identify.core.errors import InputError
 from identify.setup.diagnosis import LARGE, look
 from identify.setup.sentences import sentences
+from identify.vibration.far_places import impossible
 from identify.vibration.problem import Problem
 from identify.vibration.run import run_fit as fitted
 
 
 def advise(problem: Problem, gap: float) -> list[str]:
     """What is wrong about the set-up of a problem whose fit left this gap, in sentences."""
-    if not gap > LARGE:
+    if not gap > LARGE or impossible(problem):
         return []
     found = look(problem, gap).diagnosis
     return [] if found is None else sentences(found, problem.file.path.name)
@@ -25,8 +26,12 @@ run_fit = partial(fitted, advise=advise)
 
 def check_set_up(problem: Problem) -> None:
     """Raise an InputError where a mistake of the set-up explains the gap: what would be found missing would
-    only compensate for it, and take minutes.
+    only compensate for it, and take minutes; and where something is farther away than the robot reaches.
     """
+    if far := impossible(problem):
+        raise InputError(
+            str(problem.file.path), far[0].rstrip("."), "places on the robot", "correct it first"
+        )
     found = look(problem).diagnosis
     if found is not None:
         where, name = str(problem.file.path), problem.file.path.name

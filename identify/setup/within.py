@@ -51,6 +51,17 @@ def within(score: Score, stated: UncertaintySettings | None) -> Within:
     return score.once("within", lambda: _within(score, stated))
 
 
+def within_as_stated(score: Score, stated: UncertaintySettings | None) -> Within:
+    """The same of a study as it is stated: from its start values too, where logarithms led to what does not
+    explain the data, because in a band of noise or without a resonance they lead astray.
+    """
+    found = within(score, stated)
+    if not found.explained:
+        from_starts = _within(replace(score, values=score.problem.initial), stated)
+        found = score.asked["within"] = min(found, from_starts, key=lambda one: one.worst)
+    return found
+
+
 def _within(score: Score, stated: UncertaintySettings | None) -> Within:
     problem = _uncertain(score.problem, stated)
     objective = FrfLeastSquares().objective(problem.targets())

@@ -42,12 +42,21 @@ def all_springs(problem: Problem, *, shrink: bool) -> list[Effect]:
     for number in range(1, len(robot.payloads) + 1):
         axes = _held(f"payload{number}", free)
         if axes:
-            at = mounts.get(number, MountCompliance(payload=number)).at_m
+            at = mounts[number].at_m if number in mounts else _halfway(robot, number)
             found.append(MountCompliance(payload=number, axes=axes, at_m=at, shrink=shrink))
     for link in LinkFlexibility.instances(robot, problem.points):
         if not free & set(link.free_coordinates(robot)):
             found.append(link.model_copy(update={"shrink": shrink}))
     return found
+
+
+def _halfway(robot: Robot, number: int) -> tuple[float, float, float]:
+    """Where the mount of a payload may be, m: between the frame of the link that carries it and its centre.
+
+    Turning about one of these is not turning about the other, and sliding beside that is no substitute.
+    """
+    x, y, z = (robot.payloads[number - 1][1].centre / 2).round(4).tolist()
+    return x, y, z
 
 
 def usual_springs(
@@ -86,11 +95,13 @@ def usual_rigidity(robot: Robot, link: LinkFlexibility, values: Mapping[str, flo
 
 def usual_stiffness(body: str, axis: str, values: Mapping[str, float]) -> float:
     """Of a bearing of a body along or about an axis, N/m or N m/rad, by its drive's stiffness among values by
-    name; where it has none, by the least of all drives, and of a base by the largest.
+    name; where it has none, by the least of all drives, and of a base by the largest.  The mount of a payload
+    gives way as drives do.
     """
     drives = [value for name, value in values.items() if name.endswith(".rz.stiffness")]
     drive = values.get(f"{body}.rz.stiffness", (max if body == "base" else min)(drives, default=1e6))
-    return _STIFFER * drive / (_ARM**2 if axis.startswith("t") else 1.0)
+    stiffer = 1.0 if body.startswith("payload") else _STIFFER
+    return stiffer * drive / (_ARM**2 if axis.startswith("t") else 1.0)
 
 
 def _held(body: str, free: set[str]) -> list[Axis]:

@@ -18,7 +18,7 @@ from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
-from identify.measured.finding import STUDY, Checked, Finding, kept, listing, worst_first
+from identify.measured.finding import STUDY, Checked, Finding, kept, worst_first
 from identify.measured.frf_set import FrfSet
 from identify.measured.hits import hit_findings
 from identify.measured.quality import check
@@ -30,6 +30,7 @@ from identify.robot.description import Robot
 from identify.robot.plausible import masses
 from identify.robot.points import Point, read_points
 from identify.robot.visual import looks
+from identify.vibration.far_places import far_findings
 from identify.vibration.file_geometry import geometry_findings
 from identify.vibration.given import measurement_names, read_frfs
 from identify.vibration.intervals import intervals, left_open
@@ -40,9 +41,6 @@ from identify.vibration.rigid_links import rigid_link_findings
 from identify.vibration.study import MeasurementSettings, StudyFile, read_study
 from identify.vibration.uncertainty import fitted_information
 
-_BEYOND, _SLACK_M = 2.0, 0.3
-"""A point farther from its link than this many times the link's own extent plus a tool's length is
-doubtful; one farther than the whole arm is long cannot be right."""
 _OF_NOISE = ("no-coherence", "no-averages", "rounded-coherence")
 _ENDS = "the ends of links that bend"
 _FAR = 2.0
@@ -89,7 +87,7 @@ def examined(file: StudyFile) -> tuple[Checked, Problem | None, dict[str, FrfSet
         found += [
             *_left_out(problem, known),
             *check_robot(problem.robot),
-            *_far_points(problem.robot, problem.points),
+            *far_findings(problem),
             *_one_place(problem.points),
             *_limits(problem),
             *_resonances(problem),
@@ -151,37 +149,6 @@ def _left_out(problem: Problem, known: Mapping[str, FrfSet]) -> Iterator[Finding
                 yield Finding("warn", "left-out", (), f"{name}: {note}.")
 
 
-def _far_points(robot: Robot, points: Mapping[int, Point]) -> Iterator[Finding]:
-    """Points that are not on their link, such as those given in mm."""
-    extent = _extents(robot)
-    reach = sum(extent.values())
-    impossible, doubtful = [], []
-    for node, point in points.items():
-        link, position = point.link, point.position
-        if link in robot.frames:
-            link, pose = robot.frames[link]
-            position = pose[:3, :3] @ position + pose[:3, 3]
-        distance = float(np.linalg.norm(position))
-        if distance > max(reach, _SLACK_M):
-            impossible.append((distance, node))
-        elif distance > _BEYOND * extent[link] + _SLACK_M:
-            doubtful.append((distance, node))
-    if impossible:
-        farthest = max(impossible)[0]
-        sentence = (
-            f"Point {listing([node for _, node in impossible])} lies up to {farthest:.4g} m from its "
-            f"link, but the whole robot is only {reach:.3g} m long: are the positions in mm?"
-        )
-        yield Finding("fail", "far-point", (), sentence, farthest)
-    if doubtful:
-        farthest = max(doubtful)[0]
-        sentence = (
-            f"Point {listing([node for _, node in doubtful])} lies up to {farthest:.3g} m from the frame "
-            "of its link, far outside of the link: is it the right link, and its frame?"
-        )
-        yield Finding("warn", "far-point", (), sentence, farthest)
-
-
 def _one_place(points: Mapping[int, Point]) -> Iterator[Finding]:
     """Points at one place of one link, whose sensors look the same way: a line that was copied."""
     for (first, one), (second, other) in combinations(points.items(), 2):
@@ -189,24 +156,6 @@ def _one_place(points: Mapping[int, Point]) -> Iterator[Finding]:
         if same and np.allclose(one.axes, other.axes):
             sentence = f"Points {first} and {second} are at the same place: was a line copied?"
             yield Finding("warn", "one-place", (), sentence)
-
-
-def _extents(robot: Robot) -> dict[str, float]:
-    """How far each link reaches from its frame, m: to the next joint, and to the edge of a body of its
-    inertia.
-    """
-    extents = {}
-    for number, link in enumerate(robot.links):
-        reach = [0.0]
-        if link.mass > 0:
-            gyration = np.sqrt(max(float(np.trace(link.inertia)), 0.0) / (2 * link.mass))
-            reach.append(float(np.linalg.norm(link.centre)) + 2 * gyration)
-        if number < len(robot.joints):
-            reach.append(float(np.linalg.norm(robot.joints[number].origin[:3, 3])))
-        if number:
-            reach.append(float(np.linalg.norm(robot.joints[number - 1].mount[:3, 3])))
-        extents[link.name] = max(reach)
-    return extents
 
 
 def _limits(problem: Problem) -> Iterator[Finding]:

@@ -32,6 +32,7 @@ from identify.robot.visual import Looks, looks
 from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.elsewhere import gap_elsewhere
+from identify.vibration.far_places import far_notes
 from identify.vibration.file_geometry import geometry_notes
 from identify.vibration.intervals import intervals, with_left_open
 from identify.vibration.measured_modes import MeasuredModes, measured_modes
@@ -113,6 +114,7 @@ def _notes(problem: Problem, fit: Fit, targets: Targets, trusted: Uncertainty) -
     return (
         *_file_notes(problem),
         *robot_notes(problem.robot),
+        *far_notes(problem),
         *geometry_notes(problem),
         *trusted.notes,
         *_unstated_note(problem, trusted),

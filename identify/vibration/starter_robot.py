@@ -15,6 +15,7 @@ import numpy as np
 from identify.core.atomic import write_text
 from identify.core.errors import InputError
 from identify.core.text import listed
+from identify.measured.quality_robot import robot_notes
 from identify.robot.chain import Choice
 from identify.robot.description import Robot
 from identify.robot.mesh_body import Wanted, made_bodies, unknown
@@ -89,7 +90,7 @@ def _read(settings: RobotSettings, file: Path, options: RobotOptions) -> NewRobo
     found = masses(robot, options.wanted.mass_kg)
     sheet = "" if options.wanted.mass_kg is not None else ": compare its data sheet"
     doubts = [f"{one}; `--inertias meshes` makes bodies of the meshes" for one in found.doubts]
-    said = (*robot.notes, found.sentence + sheet, *doubts)
+    said = (*robot.notes, *robot_notes(robot), found.sentence + sheet, *doubts)
     return NewRobot(robot, file, _keys(options), "", said)
 
 
@@ -111,7 +112,12 @@ def _made(
     robot = read_urdf(path, choice=options.choice)
     found = masses(robot)
     new = listed([body.name for body in bodies])
-    said = (*robot.notes, f"wrote {path}: bodies of {new} made of their meshes", found.sentence)
+    said = (
+        *robot.notes,
+        *robot_notes(robot),
+        f"wrote {path}: bodies of {new} made of their meshes",
+        found.sentence,
+    )
     stated = _uncertainty(whole, robot, names, options.wanted.everything)
     return NewRobot(robot, path, _keys(replace(options, arguments={})), stated, said)
 

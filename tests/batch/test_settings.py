@@ -86,6 +86,8 @@ def test_a_derived_study_keeps_the_rest_of_its_base(folder: Path) -> None:
     [
         ("name: x\n", "give a base `study`, or `studies`"),
         ("studies: [a.yaml]\neach: {averages: 4}\n", "need the base `study`"),
+        ("study: base/study.yaml\neach: {averages: 4}\n", "`each` is of `measurements` and `table`"),
+        ("studies: ['base/*.yaml', base/../base/study.yaml]\n", "study.yaml twice; expected each study once"),
         ("studies: [a.yaml]\njoint: {common: [a]}\n", "common"),
         ("study: base/study.yaml\n", "no measurements, and the batch has none"),
         ("study: base/study.yaml\ntabel: t.csv\n", r"line 3: tabel: unknown key.*did you mean `table`"),

@@ -2,11 +2,12 @@
 --seed N [--count 20] [--dirt careful|typical].
 
 Each arm has six bearings (tilt, radial and axial, each of a stiffness of its own), a base, one of its effects
-much stronger than the others, and by the seed up to two bending links and three hoses; with dirt, everything
-told is a little wrong.  Motions are the exact ones of small vibrations (`tests.generator.linear`), which
-shares no code with the fit.  NAME.truth.json has how much each effect matters: by how many noises the
-noise-free FRFs move when it alone is taken away, nothing refitted.  NAME.heldout.npz is as
-`tests.benchmarks.hall` reads it.  Draw after the work is done, and score once.
+much stronger than the others, and by the seed up to two bending links, three hoses and a gripper, told as
+payload, on a soft mount; with dirt, all that is told of the arm is a little wrong.  Motions are the exact
+ones of small vibrations (`tests.generator.linear`), which shares no code with the fit.  NAME.truth.json has
+how much each effect matters: by how many noises the noise-free FRFs move when it alone is taken away, nothing
+refitted.  NAME.heldout.npz is as `tests.benchmarks.hall` reads it.  Draw after the work is done, and score
+once.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from tests.generator.makes import MAKES
 from tests.generator.measure import draw_postures, make_plant, stated_decay
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
-from tests.generator.structure import JointCompliance
+from tests.generator.structure import JointCompliance, SoftMount
 
 _BEARINGS = tuple(f"{kind}_j{number}" for kind in ("tilt", "radial", "axial") for number in range(1, 7))
 _BASE = ("base_rocking", "base_sliding", "base_turning")
@@ -38,6 +39,8 @@ _SMALL, _SCATTER, _STRONG = 0.15, 0.5, 5.0
 """Median strength of an effect beside one that is clearly visible, its spread (ln), and how many times that
 the strongest is.
 """
+_CARRIES = 0.5
+"""Share of arms with a gripper, which is told, on a soft mount, which is not."""
 _UNROUND = 0.1
 """By how much bearings differ from one direction to the other (ln)."""
 _FITTED, _UNSEEN = 2, 2
@@ -53,6 +56,8 @@ def many(spec: TestSpec, rng: np.random.Generator) -> TestSpec:
     ]
     strengths = _SMALL * np.exp(_SCATTER * rng.normal(size=len(names)))
     strengths[rng.integers(len(names))] *= _STRONG
+    if rng.random() < _CARRIES:
+        names, strengths = [*names, "gripper"], np.append(strengths, 1.0)
     effects = [
         _round(one, rng)
         for name, strength in zip(names, strengths, strict=True)
@@ -103,7 +108,8 @@ def importance(spec: TestSpec, postures: Array, models: Sequence[Linear], decay:
     whole = [model.accelerance(s) for model in models]
 
     def moved(without: Effect) -> float:
-        rest = replace(spec, effects=tuple(one for one in spec.effects if one is not without))
+        held = [replace(one, stiffness=(), damping=()) for one in [without] if isinstance(one, SoftMount)]
+        rest = replace(spec, effects=(*(one for one in spec.effects if one is not without), *held))
         parts = [_linear(rest, q).accelerance(s) - h for q, h in zip(postures, whole, strict=True)]
         return float(np.sqrt(np.mean(np.abs(np.array(parts) / noise) ** 2)))
 

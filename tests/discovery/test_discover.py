@@ -34,6 +34,8 @@ from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
+pytestmark = pytest.mark.usefixtures("no_measured_modes")
+
 CONFIG = Path(__file__).parents[2] / "configs" / "hidden_effects.yaml"
 NODES = [5, 9, 12, 14]
 

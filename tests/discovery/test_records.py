@@ -21,6 +21,8 @@ from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
+pytestmark = pytest.mark.usefixtures("no_measured_modes")
+
 CONFIG = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
 

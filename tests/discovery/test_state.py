@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from identify.core.text import listed
+from identify.discovery import loop
 from identify.discovery.decimated import decimated
 from identify.discovery.importance import ranked
 from identify.discovery.loop import _confirmed
@@ -47,10 +48,12 @@ def test_a_probability_is_shared_with_rivals() -> None:
     assert beside.probability == pytest.approx(1 / 2.5)
 
 
-def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
+def test_what_a_refit_on_all_lines_does_not_support_is_taken_out(monkeypatch: pytest.MonkeyPatch) -> None:
     """A gain that few lines spoke for beside a tilt and a delay; what is better supported is not asked, and
-    what few lines spoke against has the odds of all lines.
+    what few lines spoke against has the odds of all lines.  The ends of links are built once for a model.
     """
+    built, over_ends = list[State](), loop._over_ends
+    monkeypatch.setattr(loop, "_over_ends", lambda state: built.append(state) or over_ends(state))
     problem = load_problem(read_study(CONFIG.with_name("hidden_effects.yaml")))
     known, said = tuple(problem.file.study.effects), list[str]()
     [node, *_] = problem.points
@@ -62,6 +65,7 @@ def test_what_a_refit_on_all_lines_does_not_support_is_taken_out() -> None:
         found = _confirmed(workers, state, Story(say=said.append))
     assert [one.effect for one in found.added] == [TILT, DELAY]
     assert gain not in found.effects
+    assert [[one.effect for one in state.added] for state in built] == [[TILT, DELAY, gain], [TILT, DELAY]]
     assert found.added[0].evidence > 20 and found.added[1].evidence == 50.0
     assert len(said) == 1 and said[0].startswith("Not confirmed: gain of channel")
     order = ranked(found).added

@@ -179,6 +179,8 @@ FAULTS: list[tuple[dict[str, Any], str]] = [
     ({"angle_deg": [[-60, 60], [-10, -90], [-20, 80]]}, "least below most"),
     ({"workspace": [{"frame": "hand", "z_m": [0, 1]}]}, "unknown link 'hand'"),
     ({"workspace": [{"frame": "link3", "z_m": [5, 9]}]}, "outside its workspace"),
+    ({"workspace": [{"frame": "link3", "z_m": [9, -1]}]}, "9 to -1 m; expected least below most"),
+    ({"drives": {"gear_ratio": [9, 9, 9], "coulomb_nm": [1, -1, 1]}}, "greater than or equal to 0"),
     ({"harmonics": 50, "period_s": 1.0}, "a tenth of sample_rate_hz"),
     ({"lowpass_hz": 60}, "below half of sample_rate_hz"),
     ({"target": "transmission-error"}, "noise.deflection_deg"),

@@ -181,6 +181,27 @@ def _payload(draw: Draw) -> Effect:
     )
 
 
+def _gripper(draw: Draw) -> Effect:
+    """On a mount somewhere between the last link's frame and its end, which turns about its three axes."""
+    end, size = draw.along(6), 0.02 * draw.total_mass ** (1 / 3)
+    sideways = draw.rng.normal(size=3) * 0.1 * size
+    beyond = end / np.linalg.norm(end) * size * draw.rng.uniform(0.3, 1.0) + sideways
+    rigid = structure.SoftMount(
+        "link6",
+        _three(draw.rng.uniform(0.3, 1.0) * end),
+        _three(beyond),
+        draw.rng.uniform(0.02, 0.05) * draw.total_mass,
+        0.4 * size,
+    )
+    inertias = np.diag(rigid.body.about(np.zeros(3))).tolist()
+    return replace(rigid, **draw.springs(inertias, 1.5, 3.5))
+
+
+def _three(vector: Array) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
 def _sensor_mass(draw: Draw) -> Effect:
     return structure.SensorMass(draw.strength * draw.rng.uniform(0.001, 0.002) * draw.total_mass)
 
@@ -250,6 +271,7 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "fractional": _relaxing("fractional-damper", 4),
     "absorber": _resonator,
     "payload": _payload,
+    "gripper": _gripper,
     "sensor_mass": _sensor_mass,
     "ground_spring": _ground_spring,
     "rotor": _rotor,

@@ -22,6 +22,7 @@ from tests.generator.measure import (
 )
 from tests.generator.rigid import Array
 from tests.generator.spec import TestSpec
+from tests.generator.structure import SoftMount
 from tests.generator.universal import Function, dataset
 
 
@@ -103,7 +104,9 @@ def _test(spec: TestSpec, files: list[dict[str, Any]], decay: float) -> dict[str
     rng = np.random.default_rng([spec.seed, 0xF7])
     low, high = np.log(spec.initial_range)
     guess = spec.arm.stiffness * np.exp(rng.uniform(low, high, 6))
+    carried = [one.payload() for one in spec.effects if isinstance(one, SoftMount)]
     return {
+        **({"payload": carried[0]} if carried else {}),
         "files": files,
         "reference": f"fixed accelerometers, hammer at {', '.join(spec.hammer_points)}",
         "exponential_window_decay_per_s": decay,

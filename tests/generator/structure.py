@@ -199,6 +199,51 @@ class AppendedResonator(StructureEffect):
 
 
 @dataclass(frozen=True)
+class SoftMount(StructureEffect):
+    """A gripper that is told as payload, and whose mount at `position` (3,) gives way about the axes of the
+    link that carries it; nothing gives way without stiffness.
+
+    centre (3,): of the gripper, from its mount; a ball of that radius, m.
+    """
+
+    carrier: str
+    position: tuple[float, float, float]
+    centre: tuple[float, float, float]
+    mass_kg: float
+    radius_m: float
+    stiffness: tuple[float, ...] = ()
+    damping: tuple[float, ...] = ()
+    kind = "mount-compliance"
+
+    @property
+    def sentence(self) -> str:
+        """The link."""
+        return f"gripper of {self.mass_kg:.1f} kg on {self.carrier} on a soft mount"
+
+    @property
+    def body(self) -> Inertia:
+        """In the axes of its link, about its mount."""
+        return ball(self.mass_kg, self.centre, self.radius_m)
+
+    def payload(self) -> dict[str, Any]:
+        """As a study is told."""
+        xx, yy, zz = np.diag(self.body.tensor).tolist()
+        return {
+            "link": self.carrier,
+            "mass_kg": self.mass_kg,
+            "centre_m": np.add(self.position, self.centre).round(4).tolist(),
+            "inertia_kg_m2": [xx, yy, zz, 0.0, 0.0, 0.0],
+        }
+
+    def build(self, tree: Tree) -> None:
+        """A part that turns."""
+        dofs = _dofs(
+            "gripper", np.eye(3), ("rx", "ry", "rz")[: len(self.stiffness)], self.stiffness, self.damping
+        )
+        tree.add("gripper", self.carrier, self.position, self.body, dofs)
+
+
+@dataclass(frozen=True)
 class AddedMass(StructureEffect):
     """A body fixed to a link at `position` (3,) in its frame that the robot description lacks."""
 

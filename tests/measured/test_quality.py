@@ -7,6 +7,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from identify.measured.quality import check
 from tests.measured.simulate import random_structure
 from tests.shared import shared
 
+ARM = Path(__file__).parents[2] / "data" / "arm_hammer_test"
 POINTS = {1: "base", 2: "elbow", 3: "wrist"}
 DECAY = 0.7
 
@@ -228,6 +230,18 @@ def test_a_hammer_test_without_fault_raises_only_that_its_base_stands_still(case
     )
     assert [(finding.level, finding.check) for finding in findings] == [("info", "coherence")]
     assert {channel.node for channel in findings[0].channels} == {1, 2, 3, 4}
+
+
+def test_noise_alone_gives_no_power_back() -> None:
+    """Below its first resonance a robot takes next to no power in: the sign of its real parts is chance."""
+    options = FrfFileOptions(averages=4, window_decay_per_s=1.226)
+    names = {node: str(node) for node in range(1, 15)}
+    for number in (1, 2, 3):
+        data = load_frf_set(ARM / f"posture{number}.uff", options)
+        turned = scaled(data, -1, list(data.outputs).index(data.inputs[0]))
+        for one in (data, turned):
+            assert named(check(one, names, (3.0, 3.5)), "drive-point") == []
+        assert len(named(check(turned, names, (3.0, 80.0)), "drive-point")) == 1
 
 
 def askew(frf_set: FrfSet, degrees: float) -> FrfSet:

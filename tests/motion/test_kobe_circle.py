@@ -16,7 +16,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.motion.evaluate import evaluate_simulation
 from identify.motion.path import Circle, Tool, joint_path
 from identify.motion.problem import MotionProblem
-from identify.motion.tool import tool_paths
+from identify.motion.tool import far_tool, tool_paths
 from identify.motion.tracker import registered
 from identify.results.circular import circular_test
 from identify.robot.engine import Engine
@@ -376,3 +376,9 @@ def test_paths_that_cannot_be_are_refused(tmp_path: Path) -> None:
         with pytest.raises((InputError, InputErrors)) as caught:
             study(tmp_path, **keys)
         assert sentence in str(caught.value), (keys, str(caught.value))
+
+
+@pytest.mark.parametrize(("x_m", "told"), [(0.1, []), (160.0, ["far-place"])])
+def test_a_tool_that_is_not_on_the_arm_is_told(x_m: float, told: list[str], tmp_path: Path) -> None:
+    there = study(tmp_path, tool={"link": "fore", "at_m": [x_m, 0, 0]})
+    assert [one.check for one in far_tool(there)] == told

@@ -172,3 +172,19 @@ def test_a_record_that_is_too_short_for_its_filter_is_refused(samples: int) -> N
         condition(short, 20.0)
     with pytest.raises(InputError, match=r"samples at .* record longer"):
         condition(short, 20.0, resample_hz=80.0)
+
+
+def test_a_recorded_number_of_no_size_is_refused(tmp_path: Path) -> None:
+    """Its square is no number, and everything alike then."""
+    path, signals, time = _csv(tmp_path)
+    lines = path.read_text().splitlines()
+    lines[50] = lines[50].rpartition(",")[0] + ",1e300"
+    path.write_text("\n".join(lines))
+    with pytest.raises(InputError, match=r"m2: values that are not finite, or beyond 1e\+30, at sample 49"):
+        _read(path, signals, time)
+
+
+def test_the_columns_of_a_table_are_named_where_one_is_missing(tmp_path: Path) -> None:
+    path, _, time = _csv(tmp_path)
+    with pytest.raises(InputError, match=r"p1: nothing .* a column, such as t, q1, q2, m1; correct"):
+        _read(path, _signals("p{joint}", "m{joint}"), time)

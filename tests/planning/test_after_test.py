@@ -30,6 +30,8 @@ from identify.vibration.uncertainty import uncertainty
 from tests.planning.own_test import own_test
 from tests.planning.test_plan import AMONG, FLOOR, _frfs
 
+pytestmark = pytest.mark.usefixtures("no_measured_modes")
+
 ARM = Path(__file__).parents[2] / "configs" / "arm_hammer_test.yaml"
 
 

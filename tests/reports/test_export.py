@@ -61,6 +61,7 @@ def test_a_folder_that_cannot_be_written(tmp_path: Path) -> None:
     (tmp_path / "figures").write_text("a file")
     with pytest.raises(InputError, match="--export"):
         write_reports(tmp_path / "run.h5", export=tmp_path / "figures")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["figures", "run.h5"], "no page before that"
 
 
 def test_arrows_point_where_the_channels_look() -> None:

@@ -274,7 +274,7 @@ def test_broken_yaml_is_refused(tmp_path: Path, text: str, sentence: str) -> Non
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "robot.yaml"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(InputErrors, match=r"robot\.yaml line 1"):
+    with pytest.raises(InputError, match=r"robot\.yaml: not a mapping of keys; expected `convention`"):
         read_dh(path)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from identify.measured.channel import Channel
+from identify.measured.quality_robot import check_robot
 from identify.setup.brakes import brake, drives
 from identify.setup.diagnosis import look
 from identify.setup.edits import Edit, in_words
@@ -196,3 +198,24 @@ def test_what_only_rounding_moves_does_not_move(tmp_path: Path) -> None:
     place = target.data.outputs.index(Channel.parse("14:+Z", ""))
     target.out[place] *= 1e-17
     assert plain.moving == whole.moving - len(target.data.inputs)
+
+
+def test_angles_of_a_robot_file_in_degrees_are_named(tmp_path: Path) -> None:
+    """They are read as they stand, but no pose is turned by more than once around."""
+    text = (studies.DATA / "robot.urdf").read_text()
+    in_degrees = re.sub(
+        r'rpy="([^"]*)"',
+        lambda found: f'rpy="{" ".join(str(np.degrees(float(x))) for x in found[1].split())}"',
+        text,
+    )
+    (tmp_path / "robot.urdf").write_text(in_degrees)
+    told = studies.of(tmp_path, studies.config(robot={"urdf": "robot.urdf"}))
+    [found] = [one for one in check_robot(told.robot) if one.check == "robot-angles"]
+    assert "`robot.units.angle: deg`" in found.sentence and found.level == "warn"
+    plain = Score(told.problem(), told.problem().initial, 1.0, 0.0)
+    [degrees] = [one for one in KINDS["robot-units"](told, plain) if "degrees" in one.sentence]
+    right, settled = studies.right()[0].robot, told.changed(degrees.edits).robot
+    assert not list(check_robot(settled)) and not list(check_robot(right))
+    for one, other in zip(settled.joints, right.joints, strict=True):
+        np.testing.assert_allclose(one.origin, other.origin, atol=1e-8)
+    assert not [one for one in KINDS["robot-units"](studies.right()[0], plain) if "degrees" in one.sentence]

@@ -27,6 +27,7 @@ from identify.setup.check import run_checks
 from identify.setup.diagnosis import Looked, look
 from identify.setup.edits import Edit, OnLink, in_words
 from identify.setup.fit import advise, check_set_up
+from identify.vibration.far_places import far_notes
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
 from tests.setup import studies
@@ -135,3 +136,22 @@ def test_placeholders_are_said(tmp_path: Path) -> None:
     (tmp_path / "robot.urdf").write_text(re.sub(r'ixx="[^/]*"', same, text))
     [found] = placeholders(read_robot(RobotSettings(urdf=Path("robot.urdf")), tmp_path))
     assert "the same inertia" in found.sentence
+
+
+def test_beside_what_cannot_be_on_the_robot_no_other_mistake_is_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A point 164 m off, of mm in one coordinate: no fit says anything then."""
+    for module in (setup_of_check, setup_of_fit):
+        monkeypatch.setattr(module, "look", None)
+    text = (studies.DATA / "points.csv").read_text()
+    assert "0.164025,0.134683" in text
+    (tmp_path / "points.csv").write_text(text.replace("0.164025,0.134683", "164.025,0.134683"))
+    path = studies.written(tmp_path, studies.config(points="points.csv"))
+    found = [one.check for one in run_checks(path).findings[STUDY] if one.level == "fail"]
+    assert found == ["far-point"]
+    problem = load_problem(read_study(path))
+    assert advise(problem, 90.0) == []
+    assert far_notes(problem)[0].startswith("point 10 lies up to 164 m from its link")
+    with pytest.raises(InputError, match=r"Point 10 lies up to 164 m .* places on the robot"):
+        check_set_up(problem)

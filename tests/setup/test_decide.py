@@ -12,20 +12,30 @@ import pytest
 from identify.measured.correction import Correction
 from identify.measured.quality_robot import possible
 from identify.setup import diagnosis, search
+from identify.setup.bounds import sag
 from identify.setup.brakes import Brake
 from identify.setup.constants import Factor, near, nearest
 from identify.setup.decide import Decision, needed
-from identify.setup.diagnosis import Found, Looked, _apart, _Put, _put_right, _without_factor, look
+from identify.setup.diagnosis import (
+    Found,
+    Looked,
+    _apart,
+    _in_rad_per_s,
+    _Put,
+    _put_right,
+    _without_factor,
+    look,
+)
 from identify.setup.edits import Edit
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.registry import KINDS
-from identify.setup.score import Score, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Candidate, Searched, _again, _better, _bodies, _round
 from identify.setup.sentences import sentences
 from identify.setup.soft import springs_explain
-from identify.setup.stated import LINES, Stated
-from identify.setup.within import Within, levelled, times, within
+from identify.setup.stated import LINES, Stated, stated
+from identify.setup.within import Within, levelled, times, within, within_as_stated
 from identify.vibration.log_shape import frf_targets
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study
@@ -187,6 +197,8 @@ def test_a_factor_that_an_own_model_has_is_dropped_beside_springs() -> None:
         named = found.looked.diagnosis
         assert (named and named.codes) == codes
         assert named is None or named.edits == sign.edits
+        less = Found(Looked(0.5), score)
+        assert _without_factor(told, _Put(decision, (), score, 5.0), less) is less, "what leaves more is none"
 
 
 def test_mistakes_are_chosen_again_beside_the_others(tmp_path: Path) -> None:
@@ -291,3 +303,44 @@ def test_what_explains_the_data_as_well_is_said_whole(
         "the FRFs of posture3.uff are 0.102 times what they should be",
     }
     assert any("It may equally be that" in text for text in sentences(found, path.name))
+
+
+@pytest.mark.parametrize("band", [(3.0, 3.5), (3.0, 8.0)])
+def test_a_band_without_a_resonance_tells_no_mistake(
+    band: tuple[float, float], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its FRFs are a stiffness line and noise, which any factor or stiffness explains: what explains the data
+    as stated is right, and no drive is too stiff there.
+    """
+    monkeypatch.setattr("identify.setup.diagnosis.searched", None)
+    problem = load_problem(read_study(studies.written(tmp_path, studies.config(band_hz=list(band)))))
+    score = scored(stated(problem).problem())
+    assert abs(score.level) > SLIGHT or score.cost > ROUGH, "logarithms would say something"
+    assert sag(score) is None
+    assert look(problem) == Looked(pytest.approx(1.0, abs=0.15))
+
+
+def test_where_logarithms_lead_astray_the_study_begins_at_its_own_start_values(tmp_path: Path) -> None:
+    _, fitted = studies.right()
+    known = [round(value) for name, value in fitted.by_name.items() if name.endswith(".stiffness")]
+    springs = {"kind": "joint-compliance", "joints": "all", "axes": ["rz"], "stiffness": {"initial": known}}
+    told = studies.of(tmp_path, studies.config(effects=[springs]))
+    problem = told.problem()
+    astray = Score(problem, problem.initial * 1e-3, fitted.cost, fitted.level)
+    assert not within(astray, None).explained
+    found = within_as_stated(astray, told.uncertainty)
+    assert found.explained
+    assert within(astray, None) is found, "for all who ask"
+
+
+def test_no_sag_is_stated_where_the_frequencies_in_rad_per_s_have_no_resonance(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told, score = studies.right()
+    monkeypatch.setattr(diagnosis, "too_stiff", lambda one: one is score)
+    monkeypatch.setattr(diagnosis, "sag", lambda one: 1e-5 if one is score else 0.01)
+    there = _in_rad_per_s(told, score, 1.0)
+    assert there is not None and there.diagnosis is not None
+    assert "in rad/s by 0.6" in there.diagnosis.mistakes[0].sentence
+    monkeypatch.setattr(diagnosis, "sag", lambda one: 1e-5 if one is score else None)
+    assert _in_rad_per_s(told, score, 1.0) is None

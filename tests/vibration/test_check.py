@@ -101,6 +101,32 @@ def stiff(data: dict[str, Any], folder: Path) -> None:
     del data["effects"][0]["damping"]
 
 
+def one_coordinate(x_m: float) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        *others, last = Path(data["points"]).read_text(encoding="utf-8").splitlines()
+        words = last.split(",")
+        words[3] = str(x_m)
+        (folder / "points.csv").write_text("\n".join([*others, ",".join(words)]))
+        data["points"] = str(folder / "points.csv")
+
+    return change
+
+
+def with_payload(x_m: float) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        data["robot"]["payload"] = [{"link": "link6", "mass_kg": 5.0, "centre_m": [x_m, 0, 0]}]
+
+    return change
+
+
+def with_hose(x_m: float) -> Change:
+    def change(data: dict[str, Any], folder: Path) -> None:
+        mass = {"initial": 1.0, "bounds": [0, 10]}
+        data["effects"].append({"kind": "added-mass", "link": "link3", "at_m": [x_m, 0, 0], "mass": mass})
+
+    return change
+
+
 def nothing(data: dict[str, Any], folder: Path) -> None:
     """The shipped study."""
 
@@ -127,6 +153,11 @@ def found(checked: Checked) -> dict[str, str]:
         (with_mesh('<mesh filename="package://arm/gone.stl"/>'), {"no-mesh": "info"}),
         (points_scaled(1000.0), {"far-point": "fail"}),
         (points_scaled(0.001), {}),
+        (one_coordinate(164.0), {"far-point": "fail"}),
+        (with_payload(164.0), {"far-place": "fail", "robot-inertia": "warn"}),
+        (with_hose(164.0), {"far-place": "fail"}),
+        (with_payload(0.2), {}),
+        (with_hose(0.2), {}),
         (angles(math.radians), {"radians": "warn"}),
         (angles(lambda angle: angle + 400.0), {"joint-limit": "warn"}),
         (other_outputs_of_one_file, {}),
@@ -138,6 +169,11 @@ def found(checked: Checked) -> dict[str, str]:
         "no mesh",
         "mm",
         "km",
+        "one coordinate in mm",
+        "payload in mm",
+        "hose in mm",
+        "payload",
+        "hose",
         "radians",
         "limits",
         "other outputs",

@@ -44,6 +44,8 @@ from tests.generator.measure import draw_postures, make_plant
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
+pytestmark = pytest.mark.usefixtures("no_measured_modes")
+
 _EVERYTHING = """uncertainty:
   like: typical
   channels: {force_gain: 0.02}

@@ -34,6 +34,8 @@ from tests.generator.makes import MAKES
 from tests.generator.spec import TestSpec
 from tests.hidden import config_of
 
+pytestmark = pytest.mark.usefixtures("no_measured_modes")
+
 _STATED = """uncertainty:   # of a careful laboratory
   like: careful
   kinematics: {position_m: 0.0005}

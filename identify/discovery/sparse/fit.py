@@ -19,7 +19,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.coupling import soft_axes
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
-from identify.model.effects.springs import Springs
+from identify.model.effects.springs import STIFF, Springs
 from identify.vibration.all_springs import usual_rigidity, usual_springs, usual_stiffness
 from identify.vibration.problem import Problem
 from identify.vibration.scales import scaled_drives
@@ -186,11 +186,17 @@ def _usual(unknowns: Unknowns, x: Array) -> Array:
 
 
 def gone_on(
-    found: Found, effects: tuple[Effect, ...], values: Mapping[str, float], steps: int = _MORE
+    found: Found,
+    effects: tuple[Effect, ...],
+    values: Mapping[str, float],
+    steps: int = _MORE,
+    rival: float = np.inf,
 ) -> Found:
-    """The fit gone on with other effects; those that are new begin with `values`, or with nothing."""
+    """The fit gone on with other effects; those that are new begin with `values`, or with nothing.  Not to
+    its end where it does not come near the objective of a rival.
+    """
     unknowns, x = begun(found, effects, values)
-    return _onwards(found, effects, x, Penalised(unknowns), steps)
+    return _onwards(found, effects, x, Penalised(unknowns), steps, rival)
 
 
 def settled(found: Found, steps: int = _MORE, rival: float = np.inf) -> Found:
@@ -220,8 +226,21 @@ def _led(unknowns: Unknowns, x: Array, until: float, rival: float) -> Array:
 
 
 def _robust(unknowns: Unknowns, x: Array) -> Array:
-    """By logarithms, which prices hardly hold."""
-    return Penalised(unknowns, logarithmic=True, price=_LOOSE).led(Point(x), _ROBUST_STEPS).x
+    """By logarithms, which prices hardly hold; with payloads on soft mounts, too, which no step finds from
+    rigid ones: their resonances have to come down through the whole band.
+    """
+    fit = Penalised(unknowns, logarithmic=True, price=_LOOSE)
+    starts = [x] if (soft := _on_soft_mounts(unknowns, x)) is None else [x, soft]
+    return min([fit.led(Point(start), _ROBUST_STEPS).x for start in starts], key=fit.squares)
+
+
+def _on_soft_mounts(unknowns: Unknowns, x: Array) -> Array | None:
+    """With payloads that turn where robots resonate; None where no mount may give way."""
+    may = [name.startswith("payload") and name.split(".")[1][0] == "r" for name in unknowns.names]
+    mounts = np.flatnonzero(np.array(may) & unknowns.springs)
+    found = x.copy()
+    found[mounts] = [unknowns.problem.parameters[n].initial / STIFF for n in unknowns.free[mounts]]
+    return np.clip(found, *unknowns.limits) if len(mounts) else None
 
 
 def _loose(unknowns: Unknowns, x: Array, until: float, rival: float = np.inf) -> Array:

@@ -95,7 +95,7 @@ def _with_all(problem: Problem, story: Story, unseen: Unseen | None, *, closed: 
     leaves nothing open, so that one that does is no better.
     """
     story.doing("fitting everything that may be missing at once")
-    whole = usual_fit(problem, tuple(of_all(problem)), story.until)
+    whole = located(usual_fit(problem, tuple(of_all(problem)), story.until))
     story.say(f"With all bearings and links about as compliant as is usual: gap {whole.gap:.2f}.")
     fits = _further(whole, story, 1 if closed else _MOST_ENTERED)
     if closed and _open(fits):
@@ -177,7 +177,7 @@ def _begun(problem: Problem, story: Story) -> Found:
     story.doing("fitting with bearings that may give way")
     structure = _structure(problem)
     bearings = tuple(one for one in structure if not isinstance(one, LinkFlexibility))
-    fit = _where_it_acts(dense_fit(problem, bearings, story.until))
+    fit = _where_it_acts(located(dense_fit(problem, bearings, story.until)))
     if story.late or not (_several(fit) and _open([fit])):
         return fit
     story.doing("fitting with links that may give way, too")
@@ -266,7 +266,7 @@ def _with_instruments(problem: Problem, story: Story) -> list[Found]:
     if story.late:
         return []
     story.doing("fitting again, with errors of every sensor and force")
-    return [usual_fit(problem, tuple(instruments(problem)), story.until)]
+    return [located(usual_fit(problem, tuple(instruments(problem)), story.until))]
 
 
 def _likeliest(models: Sequence[Pruned], unseen: Unseen | None) -> Pruned | None:
@@ -361,7 +361,7 @@ def _one_further(
     price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
     if best.marginal - found.marginal < price_of_it + least:
         return None
-    new = found.new(best.effects) or [best.effects[-1]]
+    new = found.new(likeliest.effects) or [likeliest.effects[-1]]
     story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
     return best, [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
 

@@ -22,8 +22,10 @@ from identify.vibration.problem import Problem
 
 _STEP_M, _FARTHEST_M = 1e-4, 0.1
 """Of the difference, and of a step at most: slopes hold about where they were taken."""
-_STEPS, _SETTLED = 6, 0.5
-"""At most, and what one must gain, in units of log likelihood."""
+_STEPS, _SETTLED, _SHARES = 12, 0.5, (1.0, 0.25, 0.06)
+"""At most, what one must gain, in units of log likelihood, and how much of it is tried."""
+_LITTLE = 0.02
+"""Of what is left: a place that gains less than that is where it is."""
 
 
 class _Placed(NamedTuple):
@@ -53,44 +55,68 @@ def moved_springs(
     place: what that gains, in units of log likelihood with a free scale, the effects with them there, and how
     many numbers say where; own: only those that have a place of their own already.
     """
+    for gain, one, step in _moves(study, effects, beside, own=own):
+        yield gain, one.at(effects, np.round(one.place + step, 4)), len(step)
+
+
+def _moves(
+    study: Problem, effects: Sequence[Effect], beside: Beside, *, own: bool
+) -> Iterator[tuple[float, _Placed, Array]]:
+    """What the best step (k,) of each gains, m."""
     for one in _placed(study, effects):
         if any(_soft(spring, beside) for spring in one.springs) and (one.own or not own):
             gain, step = _step(study, effects, one, beside)
-            yield gain, one.at(effects, np.round(one.place + step, 4)), len(step)
+            yield gain, one, step
 
 
 def located(found: Found) -> Found:
     """The fit with springs that have a place of their own at the likeliest one, by some steps."""
     for _ in range(_STEPS):
         further = found if found.late else next(displaced(found, _SETTLED, own=True), found)
-        if further.objective >= found.objective:
+        fell, found = found.objective - further.objective, further
+        if fell <= _LITTLE * found.left:
             break
-        found = further
     return found
 
 
 def displaced(found: Found, least: float, *, own: bool = False) -> Iterator[Found]:
     """The fit gone on with each bearing and mount at a likelier place where that gains so much at least, the
-    likeliest first; own: as `moved_springs` has it.
+    likeliest first; own: as `moved_springs` has it.  Slopes foresee little of a long way: what it makes
+    worse is tried again nearer.
     """
     if not any(one.own or not own for one in _placed(found.study, found.effects)):
         return
     beside = Beside.of(found.unknowns, found.x, found.product)
-    moves = moved_springs(found.study, found.effects, beside, own=own)
-    for gain, effects, _ in sorted(moves, key=lambda one: -one[0]):
-        if gain > least and found.new(effects):
-            yield gone_on(found, effects, {})
+    moves = _moves(found.study, found.effects, beside, own=own)
+    for gain, one, step in sorted(moves, key=lambda move: -move[0]):
+        places = [np.round(one.place + share * step, 4) for share in _SHARES] if gain > least else []
+        some = (one.at(found.effects, place) for place in places)
+        fits = (_gone_on_at(found, one, effects) for effects in some if found.new(effects))
+        if better := next((fit for fit in fits if fit.objective < found.objective), None):
+            yield better
 
 
 def at_frames(found: Found) -> Iterator[Found]:
-    """The fit gone on with each bearing that has a place of its own at the frame of its joint, where it is as
-    likely there.
+    """The fit gone on with each bearing or mount that has a place of its own at the frame of its joint or
+    link, where it is as likely there.
     """
     for one in _placed(found.study, found.effects):
-        if one.own and len(one.place) == 1:
-            back = gone_on(found, one.at(found.effects, np.zeros(1)), {})
+        if one.own:
+            back = gone_on(found, one.at(found.effects, np.zeros(len(one.place))), {})
             if back.log_evidence > found.log_evidence:
                 yield back
+
+
+def _gone_on_at(found: Found, moved: _Placed, effects: tuple[Effect, ...]) -> Found:
+    """The fit gone on with springs elsewhere, as long as it comes near what it was; of a mount without what
+    slides, which may have made up for where it turns, unless that makes it worse.
+    """
+    names = [name for one in moved.springs for name in one.free_coordinates(found.study.robot)]
+    slide = {f"{name}.compliance": 0.0 for name in names if name.startswith("payload") and ".t" in name}
+    fit = gone_on(found, effects, slide, rival=found.objective)
+    if slide and fit.objective >= found.objective:
+        return gone_on(found, effects, {}, rival=found.objective)
+    return fit
 
 
 def _placed(study: Problem, effects: Sequence[Effect]) -> Iterator[_Placed]:

@@ -30,7 +30,7 @@ def unique(axes: list[T]) -> list[T]:
 
 
 AxisList = Annotated[list[Axis], AfterValidator(unique)]
-_SOFTEST, _SPAN, _STIFF = 1e3, 1e2, 1e-2
+_SOFTEST, _SPAN, STIFF = 1e3, 1e2, 1e-2
 """How many times softer than its usual start a spring may be; either side of the start of a retardation
 time; share of the usual start's compliance that one begins with.
 """
@@ -175,7 +175,7 @@ def compliance_terms(
         compliance = Parameter(
             f"{name}.compliance",
             per,
-            _STIFF / spring,
+            STIFF / spring,
             0.0,
             most,
             log=False,

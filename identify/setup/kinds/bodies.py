@@ -10,6 +10,7 @@ from itertools import permutations, product
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.measured.quality_robot import in_degrees
 from identify.robot.units import SI
 from identify.setup.edits import Change, Edit
 from identify.setup.hypothesis import Hypothesis
@@ -30,6 +31,7 @@ _UNITS: tuple[tuple[dict[str, str], str], ...] = (
     ({"length": "cm"}, "the lengths of the robot file are in cm"),
     ({"length": "in"}, "the lengths of the robot file are in inches"),
 )
+_DEGREES = ({"angle": "deg"}, "the angles (`rpy`) of the robot file are in degrees")
 _SIDES = {"+x": (9.81, 0, 0), "-x": (-9.81, 0, 0), "+y": (0, 9.81, 0), "-y": (0, -9.81, 0)}
 _CARRIED = 0.02
 """Share of the arm's mass that a payload begins with."""
@@ -38,7 +40,7 @@ _CARRIED = 0.02
 def units(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """Robot files that are not in kg, m and kg m2, as far as they say what a body can be."""
     told = stated.study.robot.units
-    for change, sentence in _UNITS:
+    for change, sentence in (*_UNITS, *([_DEGREES] if in_degrees(stated.robot) else [])):
         if all(getattr(told, key) == getattr(SI, key) for key in change):
             edits = tuple(Edit(("robot", "units", key), value) for key, value in change.items())
             yield Hypothesis("robot-units", sentence, edits, "units")

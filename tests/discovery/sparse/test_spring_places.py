@@ -24,8 +24,9 @@ from identify.discovery.sparse.spring_places import at_frames, displaced, locate
 from identify.discovery.sparse.unknowns import Unknowns
 from identify.model.effects.base import Effect, parse_effect
 from identify.model.effects.joint_compliance import JointCompliance
+from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.mount_compliance import MountCompliance
-from identify.vibration.all_springs import usual_springs
+from identify.vibration.all_springs import all_springs, usual_springs
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study
 from tests.generator.cases import hide
@@ -152,3 +153,21 @@ def test_a_place_that_the_study_states_stays(tmp_path: Path) -> None:
     study = with_effects(study, [*study.file.study.effects, stated], {})
     tilt = JointCompliance(joints=[3], axes=["rx", "ry"], shrink=True)
     assert not list(displaced(dense_fit(study, (tilt,)), 0.0))
+
+
+def test_a_gripper_on_a_soft_mount_is_found_where_it_turns(tmp_path: Path) -> None:
+    """And no drive stands for it; it is told as payload and turns at 13 to 30 Hz."""
+    study = _hammered(tmp_path, "gripper", 0.0)
+    truth = json.loads((tmp_path / "test.truth.json").read_text())
+    [gripper], springs = truth["effects"], all_springs(study, shrink=True)
+    with one_thread():
+        found = located(
+            dense_fit(study, tuple(one for one in springs if not isinstance(one, LinkFlexibility)))
+        )
+    [mount] = [one for one in found.effects if isinstance(one, MountCompliance)]
+    assert mount.at_m == pytest.approx(gripper["position"], abs=3e-3)
+    compliances = [found.values[f"payload1.{axis}.compliance"] for axis in ("rx", "ry", "rz")]
+    assert compliances == pytest.approx(1 / np.array(gripper["stiffness"]), rel=0.05)
+    assert [found.values[f"joint{n}.rz.stiffness"] for n in range(1, 7)] == pytest.approx(
+        truth["k"], rel=0.02
+    )
