@@ -298,7 +298,7 @@ def check(
     Exit code 3 when a check fails.
     """
     from identify.core.config import family_of
-    from identify.reports.show import print_findings
+    from identify.reports.kinds import print_findings
     from identify.reports.shown import working
 
     with working(quiet, "reading"):
@@ -419,7 +419,7 @@ def compare(
     ] = False,
 ) -> None:
     """Set results side by side: cost, gap, parameters, modes."""
-    from identify.reports.show import print_report
+    from identify.reports.kinds import print_report
     from identify.results.comparison import compared
 
     print_report(compared(files))
@@ -443,8 +443,8 @@ def _conclude(found: Result, options: Any, config: Path | None = None) -> None:
 
     Exit code 4 where the result is not what was asked for.
     """
+    from identify.reports.kinds import print_report
     from identify.reports.next_step import next_steps
-    from identify.reports.show import print_report
 
     if not options.quiet:
         print_report(found.data)

@@ -17,7 +17,7 @@ import numpy as np
 from identify.core.parameters import Parameter
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.record_length import record_length
 from identify.model.effects.base import Effect, parse_effect
 from identify.model.modes import complex_modes
@@ -25,8 +25,7 @@ from identify.model.system import System, assemble, build_site, list_parameters
 from identify.model.transient import Impact
 from identify.robot.description import Robot
 from identify.robot.points import Point
-from identify.vibration.costs.make_target import frf_target
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets, frf_target
 from identify.vibration.costs.target import FrfTarget
 from tests.arms import arm, initial
 from tests.robot.random_arm import random_posture

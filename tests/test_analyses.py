@@ -14,9 +14,10 @@ from typer.testing import CliRunner
 
 from identify.api.options import DiscoverOptions, ExplainOptions, FitOptions, given
 from identify.cli import app
-from identify.core.analyses import ANALYSES, BY_NAME, OF_KIND, WITH_CONFIG, analysis_for, check_options, load
+from identify.core.analyses import ANALYSES, BY_NAME, OF_KIND, WITH_CONFIG, analysis_for, check_options
 from identify.core.config import family_of
 from identify.core.errors import InputError
+from identify.core.registry import load
 from identify.core.schema import config_schema
 from identify.results.header import Header
 

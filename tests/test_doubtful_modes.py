@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.uff.write import write_uff58
 from identify.modal.settings import ModalSettings
 from identify.modes.doubt import doubt_sentence, doubts

@@ -13,9 +13,9 @@ import pytest
 from identify.core.parameters import Parameter, Scale
 from identify.fitting.optimizers.base import Search, parse_optimizer
 from identify.fitting.uncertainty import inseparable
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.evaluate import _open
 from identify.vibration.uncertainty import gap, score_variance, uncertainty
 from tests.arms import initial

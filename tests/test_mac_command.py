@@ -15,8 +15,7 @@ from identify.cli import app
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import write_modal_table
+from identify.measured.modal_tables import ModalTable, write_modal_table
 from identify.measured.uff.blocks import has_shapes_alone
 from identify.measured.uff.shapes import write_shapes
 from identify.measured.uff.write import write_uff58

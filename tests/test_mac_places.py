@@ -14,7 +14,7 @@ from identify.cli import app
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.uff.shapes import write_shapes
 from identify.modal.turned import contained, rigid_part
 from identify.modes.compare_shapes import compare_modes

@@ -23,7 +23,7 @@ from identify.measured.loaders import load_frf_set
 from identify.measured.quality_robot import check_robot
 from identify.modal.settings import ModalSettings
 from identify.modes.setups import read_setups
-from identify.reports.show import print_findings
+from identify.reports.kinds import print_findings
 from identify.robot.read import read_robot
 from identify.robot.settings import RobotSettings
 from identify.setup.diagnosis import Looked

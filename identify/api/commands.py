@@ -28,9 +28,10 @@ from identify.api.options import (
     of_same_names,
 )
 from identify.api.robot_options import Inertias, InitOptions, PointsOptions, pairs_of, words_of
-from identify.core.analyses import analysis_for, check_options, load
+from identify.core.analyses import analysis_for, check_options
 from identify.core.config import family_of
 from identify.core.errors import InputError
+from identify.core.registry import load
 from identify.core.text import angles_of, typed
 from identify.reports.outcome import Result, read_result
 

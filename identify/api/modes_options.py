@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
-import typer
-
-from identify.api.options import Columns, Names, Quiet, Report, columns_of
+from identify.api.options import Columns, Names, Quiet, Report, columns_of, option
 from identify.core.errors import InputError
 
 
@@ -36,123 +34,61 @@ def _added_mass(text: str) -> tuple[int, float]:
 class ModesOptions:
     """Of `identify modes`."""
 
-    out: Annotated[
-        Path | None, typer.Option(help="result file; default: reports/<name of the data>_modes.h5")
-    ] = None
-    format: Annotated[
-        str | None, typer.Option(help="uff, csv, hdf5 or mat, where the suffix does not say")
-    ] = None
-    unit: Annotated[
-        str | None, typer.Option(help="unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
-    ] = None
-    quantity: Annotated[
-        str | None, typer.Option(help="receptance, mobility or accelerance, where the file does not say")
-    ] = None
-    averages: Annotated[int | None, typer.Option(help="averages behind each FRF")] = None
-    window_decay: Annotated[
-        float | None, typer.Option(help="decay, 1/s, of an exponential window on force and response")
-    ] = None
-    band: Annotated[
-        tuple[float, float] | None,
-        typer.Option(help="lowest and highest frequency, Hz", metavar="LOW HIGH"),
-    ] = None
-    estimator: Annotated[str | None, typer.Option(help="plscf or lsce")] = None
-    direction: Annotated[str | None, typer.Option(help="only the responses along X, Y or Z")] = None
-    mode: Annotated[
-        list[float] | None,
-        typer.Option(help="choose by hand: the mode nearest to this frequency, Hz; repeatable"),
-    ] = None
-    keep: Annotated[
-        list[float] | None,
-        typer.Option(help="the cluster of poles nearest to this frequency, Hz, is a mode; repeatable"),
-    ] = None
-    drop: Annotated[
-        list[float] | None, typer.Option(help="what was found at this frequency, Hz, is no mode; repeatable")
-    ] = None
-    threshold: Annotated[
-        float | None,
-        typer.Option(help="least part of the energy around a mode that only it explains, such as 0.01"),
-    ] = None
-    max_order: Annotated[
-        int | None, typer.Option(help="largest model order of the stabilisation diagram")
-    ] = None
-    variable: Annotated[
-        list[str] | None,
-        typer.Option(help="where a file of arrays keeps something: frequency_hz=f, frf=test.H; repeatable"),
-    ] = None
-    outputs: Annotated[
-        str | None,
-        typer.Option(help="response channels to use, or all of an array file without names: 1:+Z,2:+Z"),
-    ] = None
-    inputs: Annotated[
-        str | None, typer.Option(help="force channels to use, or all of an array file without names: 1:+Z")
-    ] = None
+    out: Path | None = option("result file; default: reports/<name of the data>_modes.h5")
+    format: str | None = option("uff, csv, hdf5 or mat, where the suffix does not say")
+    unit: str | None = option("unit of the FRFs, such as m/s^2/N or g/N, where the file does not say")
+    quantity: str | None = option("receptance, mobility or accelerance, where the file does not say")
+    averages: int | None = option("averages behind each FRF")
+    window_decay: float | None = option("decay, 1/s, of an exponential window on force and response")
+    band: tuple[float, float] | None = option("lowest and highest frequency, Hz", metavar="LOW HIGH")
+    estimator: str | None = option("plscf or lsce")
+    direction: str | None = option("only the responses along X, Y or Z")
+    mode: list[float] | None = option("choose by hand: the mode nearest to this frequency, Hz; repeatable")
+    keep: list[float] | None = option(
+        "the cluster of poles nearest to this frequency, Hz, is a mode; repeatable"
+    )
+    drop: list[float] | None = option("what was found at this frequency, Hz, is no mode; repeatable")
+    threshold: float | None = option(
+        "least part of the energy around a mode that only it explains, such as 0.01"
+    )
+    max_order: int | None = option("largest model order of the stabilisation diagram")
+    variable: list[str] | None = option(
+        "where a file of arrays keeps something: frequency_hz=f, frf=test.H; repeatable"
+    )
+    outputs: str | None = option("response channels to use, or all of an array file without names: 1:+Z,2:+Z")
+    inputs: str | None = option("force channels to use, or all of an array file without names: 1:+Z")
     columns: Columns = None
     names: Names = None
-    geometry: Annotated[
-        Path | None, typer.Option(help="universal file with the measurement points; default: the data file")
-    ] = None
-    length_unit: Annotated[
-        str | None, typer.Option(help="m, mm, cm, in or ft, where the geometry does not say")
-    ] = None
-    choices: Annotated[
-        Path | None,
-        typer.Option(help="YAML file of settings as under `modal:` of a study; options here override it"),
-    ] = None
-    roved: Annotated[
-        bool,
-        typer.Option(
-            "--roved",
-            help="each node of a response was measured by itself, by a sensor that was moved",
-        ),
-    ] = False
-    estimate: Annotated[
-        str | None,
-        typer.Option(
-            help="the files have forces and responses over time: impacts (a block per hit) or random"
-        ),
-    ] = None
-    method: Annotated[
-        str | None, typer.Option(help="with --estimate: h1, h2 or hv, noise on responses, forces or both")
-    ] = None
-    force_window: Annotated[
-        float | None, typer.Option(help="with --estimate impacts: seconds behind which the force is zero")
-    ] = None
-    segment: Annotated[
-        float | None, typer.Option(help="with --estimate random: length of the segments, s; default: 2")
-    ] = None
-    frfs: Annotated[
-        bool, typer.Option("--frfs", help="also the analysed and the rebuilt FRFs, as universal files (58b)")
-    ] = False
-    output_only: Annotated[
-        bool,
-        typer.Option("--output-only", help="modes of responses over time, without a force"),
-    ] = False
-    speed: Annotated[
-        list[float] | None,
-        typer.Option(
-            help="with --output-only: 1/min, of a spindle or motor whose multiples are no modes; repeatable"
-        ),
-    ] = None
-    teeth: Annotated[int | None, typer.Option(help="teeth of the cutter that turns at --speed")] = None
-    damping: Annotated[
-        float | None,
-        typer.Option(
-            help="with --output-only: the smallest damping ratio that must be estimated; default: 0.01"
-        ),
-    ] = None
-    scale_frf: Annotated[
-        Path | None,
-        typer.Option(help="with --output-only: FRFs between some of its channels, which tell modal masses"),
-    ] = None
-    scale_record: Annotated[
-        Path | None,
-        typer.Option(help="with --output-only: records with --added-mass on, which tell modal masses"),
-    ] = None
-    added_mass: Annotated[
-        list[str] | None,
-        typer.Option(help="mass, kg, at a point (node) of the records of --scale-record: 12=0.5; repeatable"),
-    ] = None
+    geometry: Path | None = option("universal file with the measurement points; default: the data file")
+    length_unit: str | None = option("m, mm, cm, in or ft, where the geometry does not say")
+    choices: Path | None = option(
+        "YAML file of settings as under `modal:` of a study; options here override it"
+    )
+    roved: bool = option("each node of a response was measured by itself, by a sensor that was moved", False)
+    estimate: str | None = option(
+        "the files have forces and responses over time: impacts (a block per hit) or random"
+    )
+    method: str | None = option("with --estimate: h1, h2 or hv, noise on responses, forces or both")
+    force_window: float | None = option("with --estimate impacts: seconds behind which the force is zero")
+    segment: float | None = option("with --estimate random: length of the segments, s; default: 2")
+    frfs: bool = option("also the analysed and the rebuilt FRFs, as universal files (58b)", False)
+    output_only: bool = option("modes of responses over time, without a force", False)
+    speed: list[float] | None = option(
+        "with --output-only: 1/min, of a spindle or motor whose multiples are no modes; repeatable"
+    )
+    teeth: int | None = option("teeth of the cutter that turns at --speed")
+    damping: float | None = option(
+        "with --output-only: the smallest damping ratio that must be estimated; default: 0.01"
+    )
+    scale_frf: Path | None = option(
+        "with --output-only: FRFs between some of its channels, which tell modal masses"
+    )
+    scale_record: Path | None = option(
+        "with --output-only: records with --added-mass on, which tell modal masses"
+    )
+    added_mass: list[str] | None = option(
+        "mass, kg, at a point (node) of the records of --scale-record: 12=0.5; repeatable"
+    )
     report: Report = True
     quiet: Quiet = False
 

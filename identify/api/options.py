@@ -17,7 +17,17 @@ if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 Wanted = TypeVar("Wanted", bound="DataclassInstance")
-_NEEDED = inspect.Parameter.empty
+NEEDED: Any = dataclasses.MISSING
+"""The default of an option that must be given."""
+
+
+def option(said: str, default: Any = None, **how: Any) -> Any:
+    """A field of an object of options: its help, its default, and what typer is told of it besides, such as
+    `min`; named: what it is called, where not as the field.  A flag that is off by default has no opposite.
+    """
+    return dataclasses.field(default=default, metadata={"help": said, **how})
+
+
 Out = Annotated[Path | None, typer.Option(help="result file; default: reports/<name of the study>.h5")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
 Report = Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the result")]
@@ -55,26 +65,17 @@ class FitOptions:
     """Of `identify fit`."""
 
     out: Out = None
-    seed: Annotated[int | None, typer.Option(help="overrides `seed` of the study")] = None
+    seed: int | None = option("overrides `seed` of the study")
     starts: Starts = None
-    workers: Annotated[
-        int | None,
-        typer.Option(min=1, help="processes that run starts side by side, with the same result; default: 1"),
-    ] = None
+    workers: int | None = option(
+        "processes that run starts side by side, with the same result; default: 1", min=1
+    )
     report: Report = True
-    resume: Annotated[
-        bool,
-        typer.Option("--resume", help="resume an interrupted run; the result is that of an undisturbed one"),
-    ] = False
-    profile: Annotated[
-        list[str] | None, typer.Option(help="also the profile likelihood of this parameter; repeatable")
-    ] = None
-    write_back: Annotated[
-        Path | None,
-        typer.Option(
-            help="with `uncertainty:`: the robot, points and study as the fit found them, into this folder"
-        ),
-    ] = None
+    resume: bool = option("resume an interrupted run; the result is that of an undisturbed one", False)
+    profile: list[str] | None = option("also the profile likelihood of this parameter; repeatable")
+    write_back: Path | None = option(
+        "with `uncertainty:`: the robot, points and study as the fit found them, into this folder"
+    )
     quiet: Quiet = False
 
 
@@ -83,13 +84,10 @@ class SimulateOptions:
     """Of `identify simulate`."""
 
     out: Out = None
-    tables: Annotated[Path | None, typer.Option(help="also a CSV of every record into this folder")] = None
-    values: Annotated[
-        Path | None,
-        typer.Option(
-            help="result of a fit: numbers of the same names as found there, not their start values"
-        ),
-    ] = None
+    tables: Path | None = option("also a CSV of every record into this folder")
+    values: Path | None = option(
+        "result of a fit: numbers of the same names as found there, not their start values"
+    )
     report: Report = True
     quiet: Quiet = False
 
@@ -98,23 +96,13 @@ class SimulateOptions:
 class DiscoverOptions:
     """Of `identify discover`."""
 
-    out: Annotated[
-        Path | None, typer.Option(help="result file; default: reports/<name of the study>_discovery.h5")
-    ] = None
+    out: Path | None = option("result file; default: reports/<name of the study>_discovery.h5")
     starts: Starts = None
-    workers: Annotated[int | None, typer.Option(min=1, help="processes; default: one per core")] = None
-    as_stated: Annotated[
-        bool, typer.Option("--as-stated", help="search even where a mistake of the set-up explains the gap")
-    ] = False
-    time_s: Annotated[
-        float | None,
-        typer.Option(
-            "--time",
-            min=0,
-            metavar="SECONDS",
-            help="begin nothing new after this; what is found is the result",
-        ),
-    ] = None
+    workers: int | None = option("processes; default: one per core", min=1)
+    as_stated: bool = option("search even where a mistake of the set-up explains the gap", False)
+    time_s: float | None = option(
+        "begin nothing new after this; what is found is the result", named="--time", min=0, metavar="SECONDS"
+    )
     report: Report = True
     resume: KeepTried = False
     quiet: Quiet = False
@@ -125,9 +113,7 @@ class ExplainOptions:
     """Of `identify explain`."""
 
     out: Out = None
-    workers: Annotated[
-        int | None, typer.Option(min=1, help="processes, with the same result to the last bit; default: one")
-    ] = None
+    workers: int | None = option("processes, with the same result to the last bit; default: one", min=1)
     report: Report = True
     resume: KeepTried = False
     quiet: Quiet = False
@@ -138,9 +124,7 @@ class ExciteOptions:
     """Of `identify excite`."""
 
     out: Out = None
-    draws: Annotated[
-        int | None, typer.Option(min=10, help="rehearsals of the motion, with noise; default: 40")
-    ] = None
+    draws: int | None = option("rehearsals of the motion, with noise; default: 40", min=10)
     report: Report = True
     quiet: Quiet = False
 
@@ -158,7 +142,7 @@ class BatchOptions:
     workers: Workers = None
     cluster: Cluster = None
     resume: KeepFinished = False
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the summary")] = True
+    report: bool = option("write the HTML and PDF reports beside the summary", True)
     quiet: Quiet = False
 
 
@@ -166,53 +150,32 @@ class BatchOptions:
 class MapCommandOptions:
     """Of `identify map`."""
 
-    postures: Annotated[
-        Path | None, typer.Option(help="CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")
-    ] = None
-    grid: Annotated[
-        list[str] | None,
-        typer.Option(help="JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable"),
-    ] = None
-    tool: Annotated[
-        int | None, typer.Option(help="node of the tool's point; default: the last of the points")
-    ] = None
-    band: Annotated[
-        tuple[float, float] | None,
-        typer.Option(help="lowest and highest frequency, Hz; default: of the fit", metavar="LOW HIGH"),
-    ] = None
-    lines: Annotated[int, typer.Option(help="frequencies over the band")] = 100
-    modes: Annotated[int, typer.Option(min=1, help="how many modes")] = 6
-    limit: Annotated[
-        str | None, typer.Option(help="depth, deflection or frequency: its best and worst place")
-    ] = None
-    cutter: Annotated[
-        Path | None, typer.Option(help="YAML file of a milling tool, for depths and for a workpiece")
-    ] = None
-    rpm: Annotated[
-        list[float] | None,
-        typer.Option(help="spindle speed of depths; repeatable; default: the highest of the tool"),
-    ] = None
-    feeds: Annotated[int, typer.Option(min=1, help="feed directions about the spindle, of depths")] = 1
-    force: Annotated[str | None, typer.Option(help="FX,FY,FZ of deflections, N, along the base's axes")] = (
-        None
+    postures: Path | None = option("CSV of postures: joint1_deg, joint2_deg, ..., and name if wanted")
+    grid: list[str] | None = option("JOINT:FIRST:LAST:COUNT in degrees, such as 2:-60:60:9; repeatable")
+    tool: int | None = option("node of the tool's point; default: the last of the points")
+    band: tuple[float, float] | None = option(
+        "lowest and highest frequency, Hz; default: of the fit", metavar="LOW HIGH"
     )
-    workpiece: Annotated[
-        str | None,
-        typer.Option(help="places of the tip in place of postures, m: 1.2:1.8:7,-0.4:0.4:5,0.8:0.8:1"),
-    ] = None
-    turns: Annotated[int, typer.Option(min=1, help="angles about the spindle at each place")] = 1
-    spindle: Annotated[
-        str | None, typer.Option(help="X,Y,Z from spindle to tip at the workpiece; default: as in the fit")
-    ] = None
-    like: Annotated[
-        list[Path] | None,
-        typer.Option(help="result of another robot of the type, measured in other postures; repeatable"),
-    ] = None
-    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_map.h5")] = None
+    lines: int = option("frequencies over the band", 100)
+    modes: int = option("how many modes", 6, min=1)
+    limit: str | None = option("depth, deflection or frequency: its best and worst place")
+    cutter: Path | None = option("YAML file of a milling tool, for depths and for a workpiece")
+    rpm: list[float] | None = option("spindle speed of depths; repeatable; default: the highest of the tool")
+    feeds: int = option("feed directions about the spindle, of depths", 1, min=1)
+    force: str | None = option("FX,FY,FZ of deflections, N, along the base's axes")
+    workpiece: str | None = option(
+        "places of the tip in place of postures, m: 1.2:1.8:7,-0.4:0.4:5,0.8:0.8:1"
+    )
+    turns: int = option("angles about the spindle at each place", 1, min=1)
+    spindle: str | None = option("X,Y,Z from spindle to tip at the workpiece; default: as in the fit")
+    like: list[Path] | None = option(
+        "result of another robot of the type, measured in other postures; repeatable"
+    )
+    out: Path | None = option("result file; default: <model>_map.h5")
     workers: Workers = None
     cluster: Cluster = None
     resume: KeepFinished = False
-    report: Annotated[bool, typer.Option(help="write the HTML and PDF reports beside the map")] = True
+    report: bool = option("write the HTML and PDF reports beside the map", True)
     quiet: Quiet = False
 
 
@@ -220,17 +183,13 @@ class MapCommandOptions:
 class StabilityOptions:
     """Of `identify stability`."""
 
-    tool: Annotated[Path, typer.Option(help="YAML file of the tool and its cut, schema: identify-tool/1")]
+    tool: Path = option("YAML file of the tool and its cut, schema: identify-tool/1", NEEDED)
     posture: Posture = None
-    speeds: Annotated[int, typer.Option(min=2, help="spindle speeds over the tool's range")] = 61
-    draws: Annotated[int, typer.Option(min=20, help="draws of what is uncertain, for the bands")] = 2000
-    unit: Annotated[
-        str | None, typer.Option(help="unit of FRFs of the tip, such as m/s^2/N, where the file has none")
-    ] = None
-    averages: Annotated[
-        int | None, typer.Option(min=2, help="averages behind these FRFs, for their noise by coherence")
-    ] = None
-    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_stability.h5")] = None
+    speeds: int = option("spindle speeds over the tool's range", 61, min=2)
+    draws: int = option("draws of what is uncertain, for the bands", 2000, min=20)
+    unit: str | None = option("unit of FRFs of the tip, such as m/s^2/N, where the file has none")
+    averages: int | None = option("averages behind these FRFs, for their noise by coherence", min=2)
+    out: Path | None = option("result file; default: <model>_stability.h5")
     report: Report = True
     quiet: Quiet = False
 
@@ -239,23 +198,15 @@ class StabilityOptions:
 class DeflectionOptions:
     """Of `identify deflection`."""
 
-    force: Annotated[
-        str | None, typer.Option(help="FX,FY,FZ on the tool, N, along the base's axes: 100,0,-50")
-    ] = None
-    path: Annotated[
-        Path | None, typer.Option(help="CSV of a path: joint1_deg, ..., fx_n, fy_n, fz_n, and name if wanted")
-    ] = None
-    tool: Annotated[
-        Path | None, typer.Option(help="YAML file of the tool: where its tip is, and with a cut its force")
-    ] = None
-    depth: Annotated[float | None, typer.Option(help="depth of a cut with the tool, mm")] = None
-    feed_per_tooth: Annotated[float | None, typer.Option(help="feed of a cut with the tool, mm")] = None
-    node: Annotated[
-        int | None, typer.Option(help="node of the tip's point; default: the last of the points")
-    ] = None
+    force: str | None = option("FX,FY,FZ on the tool, N, along the base's axes: 100,0,-50")
+    path: Path | None = option("CSV of a path: joint1_deg, ..., fx_n, fy_n, fz_n, and name if wanted")
+    tool: Path | None = option("YAML file of the tool: where its tip is, and with a cut its force")
+    depth: float | None = option("depth of a cut with the tool, mm")
+    feed_per_tooth: float | None = option("feed of a cut with the tool, mm")
+    node: int | None = option("node of the tip's point; default: the last of the points")
     posture: Posture = None
-    draws: Annotated[int, typer.Option(min=20, help="draws of the parameters, for the intervals")] = 400
-    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_deflection.h5")] = None
+    draws: int = option("draws of the parameters, for the intervals", 400, min=20)
+    out: Path | None = option("result file; default: <model>_deflection.h5")
     report: Report = True
     quiet: Quiet = False
 
@@ -264,29 +215,21 @@ class DeflectionOptions:
 class ExportCommandOptions:
     """Of `identify export`."""
 
-    to: Annotated[str, typer.Option(help="mjcf, urdf, mat, npz, statespace, uff or simscape: docs/export.md")]
-    posture: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="joint angles in degrees, 0,30,-60,0,45,0, a measurement, or `all` of these; repeatable;"
-            " default: the first"
-        ),
-    ] = None
-    modes: Annotated[int | None, typer.Option(help="also a model with so many modes")] = None
-    error: Annotated[
-        float | None,
-        typer.Option(help="also one with the fewest modes that leave this error of each FRF, such as 0.01"),
-    ] = None
-    band: Annotated[
-        tuple[float, float] | None,
-        typer.Option(help="where the model is to hold, Hz; default: of the fit", metavar="LOW HIGH"),
-    ] = None
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="file, or with several postures what their names follow; default: beside the result"
-        ),
-    ] = None
+    to: str = option("mjcf, urdf, mat, npz, statespace, uff or simscape: docs/export.md", NEEDED)
+    posture: list[str] | None = option(
+        "joint angles in degrees, 0,30,-60,0,45,0, a measurement, or `all` of these; repeatable;"
+        " default: the first"
+    )
+    modes: int | None = option("also a model with so many modes")
+    error: float | None = option(
+        "also one with the fewest modes that leave this error of each FRF, such as 0.01"
+    )
+    band: tuple[float, float] | None = option(
+        "where the model is to hold, Hz; default: of the fit", metavar="LOW HIGH"
+    )
+    out: Path | None = option(
+        "file, or with several postures what their names follow; default: beside the result"
+    )
     quiet: Quiet = False
 
 
@@ -294,40 +237,26 @@ class ExportCommandOptions:
 class PlanCommandOptions:
     """Of `identify plan`."""
 
-    postures: Annotated[int, typer.Option(min=1, help="how many postures the test has")] = 3
-    impacts: Annotated[int, typer.Option(min=1, help="impacts (a point and a direction) in each")] = 3
-    sensors: Annotated[int, typer.Option(min=1, help="triaxial sensors, at the same places in all")] = 6
-    among: Annotated[int, typer.Option(min=1, help="random postures of which to choose")] = 40
-    table: Annotated[
-        Path | None, typer.Option(help="CSV of the postures of which to choose: joint1_deg, joint2_deg, ...")
-    ] = None
-    target: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="what is to be known best: a parameter, mode2.frequency, mode2.damping, or depth;"
-            " repeatable; default: all parameters"
-        ),
-    ] = None
-    cutter: Annotated[Path | None, typer.Option(help="YAML file of the milling tool of a depth")] = None
-    at: Annotated[
-        str | None,
-        typer.Option(help="posture of a mode or depth, degrees: 0,30,-60,0,45,0; default: the first"),
-    ] = None
-    rival: Annotated[
-        Path | None,
-        typer.Option(help="a fit with another effect: the test that tells the two apart best"),
-    ] = None
-    anew: Annotated[bool, typer.Option("--anew", help="as if the data of the fit did not exist")] = False
-    noise: Annotated[
-        float | None, typer.Option(help="noise of an accelerance, m/s^2/N; default: that of the fit's")
-    ] = None
-    force_noise: Annotated[
-        float | None,
-        typer.Option(help="of the force, relative, such as 0.002; default: that of the fit's, else none"),
-    ] = None
-    resolution: Annotated[float | None, typer.Option(help="Hz between lines; default: as in the fit")] = None
-    seed: Annotated[int, typer.Option(help="of the random postures and starts")] = 1
-    out: Annotated[Path | None, typer.Option(help="result file; default: <model>_plan.h5")] = None
+    postures: int = option("how many postures the test has", 3, min=1)
+    impacts: int = option("impacts (a point and a direction) in each", 3, min=1)
+    sensors: int = option("triaxial sensors, at the same places in all", 6, min=1)
+    among: int = option("random postures of which to choose", 40, min=1)
+    table: Path | None = option("CSV of the postures of which to choose: joint1_deg, joint2_deg, ...")
+    target: list[str] | None = option(
+        "what is to be known best: a parameter, mode2.frequency, mode2.damping, or depth;"
+        " repeatable; default: all parameters"
+    )
+    cutter: Path | None = option("YAML file of the milling tool of a depth")
+    at: str | None = option("posture of a mode or depth, degrees: 0,30,-60,0,45,0; default: the first")
+    rival: Path | None = option("a fit with another effect: the test that tells the two apart best")
+    anew: bool = option("as if the data of the fit did not exist", False)
+    noise: float | None = option("noise of an accelerance, m/s^2/N; default: that of the fit's")
+    force_noise: float | None = option(
+        "of the force, relative, such as 0.002; default: that of the fit's, else none"
+    )
+    resolution: float | None = option("Hz between lines; default: as in the fit")
+    seed: int = option("of the random postures and starts", 1)
+    out: Path | None = option("result file; default: <model>_plan.h5")
     report: Report = True
     quiet: Quiet = False
 
@@ -367,8 +296,8 @@ def takes_options(command: Callable[..., None]) -> Callable[..., None]:
             inspect.Parameter(
                 field.name,
                 inspect.Parameter.KEYWORD_ONLY,
-                default=_NEEDED if field.default is dataclasses.MISSING else field.default,
-                annotation=hints[field.name],
+                default=inspect.Parameter.empty if field.default is NEEDED else field.default,
+                annotation=_annotated(field, hints[field.name]),
             )
             for field in dataclasses.fields(kind)
         ),
@@ -377,6 +306,15 @@ def takes_options(command: Callable[..., None]) -> Callable[..., None]:
     called.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     called.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return called
+
+
+def _annotated(field: dataclasses.Field[Any], hint: Any) -> Any:
+    """The type of an option with what typer is told of it, where it does not say so itself."""
+    if not field.metadata:
+        return hint
+    how = dict(field.metadata)
+    named = how.pop("named", f"--{field.name.replace('_', '-')}" if field.default is False else None)
+    return Annotated[hint, typer.Option(*([named] if named else []), **how)]
 
 
 def _said(value: Any) -> Any:

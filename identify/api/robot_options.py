@@ -10,7 +10,7 @@ from typing import Annotated
 
 import typer
 
-from identify.api.options import Columns, Names, Quiet
+from identify.api.options import Columns, Names, Quiet, option
 from identify.core.errors import InputError
 
 RobotFile = Annotated[
@@ -64,30 +64,19 @@ def pairs_of(texts: Iterable[str] | None, where: str) -> dict[str, float]:
 class InitOptions:
     """Of `identify init`."""
 
-    out: Annotated[Path, typer.Option(help="config file to write")] = Path("config.yaml")
-    points: Annotated[
-        Path | None, typer.Option(help="CSV of measurement points; default: points.csv beside the robot")
-    ] = None
+    out: Path = option("config file to write", Path("config.yaml"))
+    points: Path | None = option("CSV of measurement points; default: points.csv beside the robot")
     columns: Columns = None
     names: Names = None
-    posture: Annotated[
-        str | None,
-        typer.Option(help="joint angles of the first posture in degrees, 0,30,-60,0,45,0"),
-    ] = None
-    mass_kg: Annotated[
-        float | None, typer.Option(min=0.001, help="mass of the robot by its data sheet, without a payload")
-    ] = None
-    base_kg: Annotated[
-        float | None,
-        typer.Option(min=0, help="mass of its part that stands still; default: by its mesh, like the links"),
-    ] = None
-    inertias: Annotated[
-        Inertias, typer.Option(help="of the file as far as it has them, or all made of the meshes")
-    ] = Inertias.file
-    motor: Annotated[
-        list[str] | None,
-        typer.Option(help="mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"),
-    ] = None
+    posture: str | None = option("joint angles of the first posture in degrees, 0,30,-60,0,45,0")
+    mass_kg: float | None = option("mass of the robot by its data sheet, without a payload", min=0.001)
+    base_kg: float | None = option(
+        "mass of its part that stands still; default: by its mesh, like the links", min=0
+    )
+    inertias: Inertias = option("of the file as far as it has them, or all made of the meshes", Inertias.file)
+    motor: list[str] | None = option(
+        "mass of the motor that turns a joint, such as 2=35 (kg); may be repeated"
+    )
     tip: Tip = None
     lock: Lock = None
     argument: Argument = None
@@ -97,28 +86,14 @@ class InitOptions:
 class PointsOptions:
     """Of `identify points`."""
 
-    posture: Annotated[
-        str | None,
-        typer.Option(help="joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0"),
-    ] = None
+    posture: str | None = option("joint angles of the test in degrees: 0,30,-60,0,45,0; default: all 0")
     tip: Tip = None
     lock: Lock = None
     argument: Argument = None
-    pairs: Annotated[
-        Path | None,
-        typer.Option(help="CSV of points: some nodes, three if need be, whose place is roughly known"),
-    ] = None
-    pair_error: Annotated[float, typer.Option(min=0.001, help="of each coordinate of these, m")] = 0.03
-    angle_error: Annotated[
-        float, typer.Option(min=0.01, help="of each joint angle, degrees (one standard deviation)")
-    ] = 3.0
-    length_unit: Annotated[
-        str | None, typer.Option(help="of a geometry without a unit: m, mm, cm, in, ft")
-    ] = None
-    out: Annotated[Path, typer.Option(help="CSV of points to write, where the files have a geometry")] = Path(
-        "points.csv"
-    )
-    page: Annotated[
-        Path | None, typer.Option(help="page to write; default: beside the points, with the suffix .html")
-    ] = None
+    pairs: Path | None = option("CSV of points: some nodes, three if need be, whose place is roughly known")
+    pair_error: float = option("of each coordinate of these, m", 0.03, min=0.001)
+    angle_error: float = option("of each joint angle, degrees (one standard deviation)", 3.0, min=0.01)
+    length_unit: str | None = option("of a geometry without a unit: m, mm, cm, in, ft")
+    out: Path = option("CSV of points to write, where the files have a geometry", Path("points.csv"))
+    page: Path | None = option("page to write; default: beside the points, with the suffix .html")
     quiet: Quiet = False

@@ -9,9 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from identify.batch.executor import Executor, open_executor
-from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
-from identify.batch.loop import Watch, run_jobs
+from identify.batch.loop import BatchIndex, Entry, Watch, run_jobs
 from identify.batch.settings import Batch, Item, read_batch
 from identify.batch.summary import summarise
 from identify.batch.work import derived

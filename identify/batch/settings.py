@@ -8,6 +8,7 @@ import glob
 import os
 import re
 from collections.abc import Iterator
+from copy import deepcopy
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -16,9 +17,10 @@ from pydantic import Field, model_validator
 
 from identify.batch.posture_table import ANGLE, posture_of, read_table
 from identify.core.config import Settings, read_settings, read_yaml
-from identify.core.config_paths import relocate_measurement
+from identify.core.config_paths import relocate
 from identify.core.errors import InputError
 from identify.measured.several import name_of
+from identify.vibration.study import MeasurementSettings
 
 SCHEMA = "identify-batch/1"
 Data = dict[str, Any]
@@ -192,8 +194,8 @@ def _tabled(path: Path, settings: BatchSettings, study: Path) -> Iterator[Data]:
 
 def _moved(one: Data, folder: Path, study: Path) -> Data:
     """The measurement with its paths relative to the folder of the study."""
-    moved = dict(one)
-    relocate_measurement(moved, folder, study.parent)
+    moved = deepcopy(one)
+    relocate(MeasurementSettings, moved, folder, study.parent)
     return moved
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.batch.homogeneity import Homogeneity, holm, homogeneity
-from identify.batch.index import BatchIndex
+from identify.batch.loop import BatchIndex
+from identify.batch.population import Homogeneity, holm, homogeneity
 from identify.batch.together import Said, together
 from identify.batch.verdict import (
     dependence_notes,

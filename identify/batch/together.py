@@ -11,8 +11,7 @@ from fnmatch import fnmatchcase
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.batch.homogeneity import holm, homogeneity
-from identify.batch.population import Estimate, Population, population, scatter_interval
+from identify.batch.population import Estimate, Population, holm, homogeneity, population, scatter_interval
 from identify.core.arrays import Array, Index
 from identify.core.errors import InputError
 from identify.fitting.tables import scale_of

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from typing import Any
 
 from identify.core.errors import InputError
+from identify.core.registry import load
 
 
 @dataclass(frozen=True)
@@ -249,12 +249,6 @@ BY_NAME = {one.name: one for one in ANALYSES}
 OF_KIND = {one.kind: one for one in ANALYSES}
 WITH_CONFIG = tuple(one.name for one in ANALYSES if one.study)
 """Those that have a config of their own."""
-
-
-def load(name: str) -> Any:
-    """What `module:attribute` names."""
-    module, attribute = name.split(":")
-    return getattr(import_module(module), attribute)
 
 
 def checker_of(family: str) -> Any:

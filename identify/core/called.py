@@ -10,7 +10,7 @@ import sys
 from types import ModuleType
 from typing import Any
 
-from identify.core.analyses import load
+from identify.core.registry import load
 
 
 class _Called(ModuleType):

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError
 
 
@@ -46,12 +47,11 @@ class Parameter:
         return Parameter(self.name, self.unit, value, self.lower, self.upper, *rest)
 
 
-class Values(BaseModel):
+class Values(Settings):
     """Start, bounds and freedom of a group of parameters; a list gives one number per place, a number serves
     all.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     initial: float | list[float] | None = Field(
         None, description="start value, or one per place; default: from the robot's inertia"
     )

@@ -65,7 +65,7 @@ class Registry:
         if name in self.added:
             return self.added[name]
         if name in self.builtin:
-            return _named(self.builtin[name])
+            return load(self.builtin[name])
         for point in installed(self.group):
             if point.name == name:
                 return load_guarded(point, self.what, self._is_one)
@@ -86,7 +86,7 @@ class Registry:
     def _is_one(self, thing: Any) -> bool:
         if not self.base:
             return callable(thing)
-        return isinstance(thing, type) and issubclass(thing, _named(self.base)) and not isabstract(thing)
+        return isinstance(thing, type) and issubclass(thing, load(self.base)) and not isabstract(thing)
 
     def near(self, name: str) -> str:
         """What an old name is called now, or a question after the known name that is most like an unknown
@@ -98,15 +98,18 @@ class Registry:
         return f"did you mean `{found[0]}`?" if found else ""
 
 
-def _named(place: str) -> Any:
+def load(place: str) -> Any:
+    """What `module:attribute` names."""
     module, attribute = place.split(":")
     return getattr(import_module(module), attribute)
 
 
 def parse_kind(registry: Registry, data: Any) -> Any:
-    """The registered settings model of `data['kind']`, validated; raises ValueError for pydantic to report
-    with its key.
+    """The registered settings model of `data['kind']`, validated, or data themselves where they were; raises
+    ValueError for pydantic to report with its key.
     """
+    if isinstance(data, load(registry.base)):
+        return data
     known = ", ".join(registry.names())
     if not isinstance(data, dict) or not isinstance(data.get("kind"), str):
         raise ValueError(f"expected a mapping with `kind`: one of {known}")

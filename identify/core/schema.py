@@ -9,10 +9,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
-from identify.core.analyses import Analysis, load
-from identify.core.config import models_in
-from identify.core.flat import FlatSettings
-from identify.core.registry import Registry
+from identify.core.analyses import Analysis
+from identify.core.config import FlatSettings, models_in
+from identify.core.registry import Registry, load
 
 
 def config_schema(analysis: Analysis) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def _result(
     return ExciteResult(
         name=study.name,
         verdict=_verdict(study, table, ratio, true),
-        notes=_notes(study, table),
+        notes=_notes(table),
         seconds=time.perf_counter() - begun,
         provenance=provenance(
             file.path.name, file.text, [(str(robot_file), sha256(file.resolve(robot_file)))]
@@ -140,7 +140,7 @@ def _verdict(study: ExciteStudy, table: ExcitedTable, ratio: float, true: float)
     )
 
 
-def _notes(study: ExciteStudy, table: ExcitedTable) -> tuple[str, ...]:
+def _notes(table: ExcitedTable) -> tuple[str, ...]:
     said = [
         "collisions of the robot with itself, its cables or its surroundings are not checked: run the motion"
         " slowly first",

@@ -9,7 +9,7 @@ one joint are tried, because each of two large effects can hide the other.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 
@@ -23,7 +23,7 @@ from identify.explain.gain import loses_a_direction, record_gain, samples
 from identify.explain.intervals import told_from_nothing
 from identify.explain.regression import Fit, RegressionProblem, aligned, solve, without
 from identify.explain.screen import Screen, refine
-from identify.explain.workers import Stage, ahead
+from identify.explain.workers import Job, Stage, ahead
 from identify.fitting.memory import Memory, digest
 from identify.fitting.processes import Processes
 from identify.fitting.selection.gain import Gain, Rule
@@ -143,34 +143,16 @@ class HeldOut:
         )
 
 
-@dataclass(frozen=True)
-class _Search:
-    """The search for an effect's own parameters beside a model, less what it takes the place of."""
-
-    key: str
-    model: Fit
-    taken: str
-    effect: MotionEffect
-
-    def compute(self, stage: Stage) -> list[list[float]]:
-        """As the memory keeps it."""
-        name = f"screen {key_of(self.model)} {self.taken}"
-        screen: Screen = stage.kept(name, lambda: Screen(stage.fitted, self.model, self.taken))
-        return screen.found(self.effect)
+def _search(model: Fit, taken: str, effect: MotionEffect, stage: Stage) -> list[list[float]]:
+    """The search for an effect's own parameters beside a model, less what it takes the place of, as kept."""
+    name = f"screen {key_of(model)} {taken}"
+    screen: Screen = stage.kept(name, lambda: Screen(stage.fitted, model, taken))
+    return screen.found(effect)
 
 
-@dataclass(frozen=True)
-class _Comparison:
-    """What one fit gains over another."""
-
-    key: str
-    before: Fit
-    after: Fit
-
-    def compute(self, stage: Stage) -> list[float | bool | list[float]]:
-        """As the memory keeps it."""
-        held = HeldOut(stage.fitted, stage.judge, Memory(), stage.label, stage.tried)
-        return held.found(self.before, self.after)
+def _comparison(before: Fit, after: Fit, stage: Stage) -> list[float | bool | list[float]]:
+    """What one fit gains over another, as kept."""
+    return HeldOut(stage.fitted, stage.judge, Memory(), stage.label, stage.tried).found(before, after)
 
 
 @dataclass(frozen=True)
@@ -200,7 +182,7 @@ class RecordWorkbench:
     def _told(self) -> Latest[dict[MotionEffect, bool]]:
         return Latest(1)
 
-    def _ahead(self, jobs: Callable[[], Sequence[_Search | _Comparison]]) -> None:
+    def _ahead(self, jobs: Callable[[], Mapping[str, Job]]) -> None:
         """Have it computed by the workers, where there are any."""
         if self.workers is not None:
             ahead(self.workers, self._stage, jobs(), self.memory)
@@ -244,11 +226,11 @@ class RecordWorkbench:
             for taken in dict.fromkeys(places)
         }
         self._ahead(
-            lambda: [
-                _Search(screens[taken].key(effect), model, taken, effect)
+            lambda: {
+                screens[taken].key(effect): partial(_search, model, taken, effect)
                 for effect, taken in zip(effects, places, strict=True)
                 if not screens[taken].searched(effect)
-            ]
+            }
         )
         found = []
         for number, (effect, taken) in enumerate(zip(effects, places, strict=True), start=1):
@@ -271,7 +253,7 @@ class RecordWorkbench:
         """By the record that was not fitted; what the others gain over the first is asked next."""
         held = HeldOut(self.fitted, self.judge, self.memory, self.label, self._stage.tried)
         before, *others = models
-        self._ahead(lambda: [_Comparison(held.key(before, after), before, after) for after in others])
+        self._ahead(lambda: {held.key(before, one): partial(_comparison, before, one) for one in others})
         return held
 
     def quick_criterion(self, model: Fit) -> HeldOut:

@@ -4,10 +4,10 @@ ahead, into its memory, so that it finds there what it would have computed itsel
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any
 
 from identify.explain.regression import RegressionProblem
 from identify.fitting.memory import Memory
@@ -15,17 +15,6 @@ from identify.fitting.processes import Processes
 
 _FEW = 2
 """Pieces of work for each process below which they are not worth being sent."""
-
-
-class Job(Protocol):
-    """A piece of work on a stage: its key in the memory, and its value, which JSON can hold."""
-
-    @property
-    def key(self) -> str:
-        """In the memory."""
-
-    def compute(self, stage: Stage) -> Any:
-        """Its value."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +44,18 @@ class Stage:
         return self.made[key]
 
 
-def ahead(processes: Processes, stage: Stage, jobs: Sequence[Job], memory: Memory) -> None:
-    """Fill the memory with the values of jobs that are not there yet."""
-    new = list({job.key: job for job in jobs if job.key not in memory}.values())
+Job = Callable[[Stage], Any]
+"""A piece of work on a stage: its value, which JSON can hold."""
+
+
+def ahead(processes: Processes, stage: Stage, jobs: Mapping[str, Job], memory: Memory) -> None:
+    """Fill the memory with the values of jobs, by key, that are not there yet."""
+    new = [key for key in jobs if key not in memory]
     if len(new) >= _FEW * processes.count:
-        for number, value in processes.run(stage.plain, _value, new, small=True):
-            memory[new[number].key] = value
+        work = [jobs[key] for key in new]
+        for number, value in processes.run(stage.plain, _value, work, small=True):
+            memory[new[number]] = value
 
 
 def _value(stage: Stage, job: Job) -> Any:
-    return job.compute(stage)
+    return job(stage)

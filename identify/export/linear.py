@@ -101,7 +101,7 @@ def linear_model(
     """
     system = model.system(posture)
     mass, damping, stiffness = system.matrices(model.values)
-    notes = [*_left_out(fit, model, system), *_taken_off(fit, posture)]
+    notes = [*_left_out(fit, model), *_taken_off(fit, posture)]
     points = standing(model.points, system.site) or [tool_point(model, None)]
     out = np.vstack([p.axes @ system.jacobian(p.link, p.position)[:3] for p in points])
     channels = tuple(Channel(point.node, axis) for point in points for axis in (1, 2, 3))
@@ -145,7 +145,7 @@ def _taken_off(fit: FitResult, posture: Array) -> list[str]:
     ]
 
 
-def _left_out(fit: FitResult, model: FittedModel, system: System) -> list[str]:
+def _left_out(fit: FitResult, model: FittedModel) -> list[str]:
     """What of the model the matrices do not have."""
     there = {effect.sentence() for effect in model.effects}
     measured = [sentence for sentence in fit.effects if sentence not in there]

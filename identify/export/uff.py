@@ -17,7 +17,7 @@ from identify.export.base import Exported, Format, Job
 from identify.export.linear import LinearModel, lines_of
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet, Quantity
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.uff.shapes import shapes_text
 from identify.measured.uff.write import new_geometry_text, write_uff58
 from identify.model.geometry import sensor_geometry

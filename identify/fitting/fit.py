@@ -15,7 +15,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.errors import InputError
 from identify.core.parameters import Parameter, Scale
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Outcome, Search, minimized
 from identify.fitting.plan import FitPlan, Stage

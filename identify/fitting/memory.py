@@ -1,15 +1,27 @@
 """Finished pieces of work by key, for analyses that try many things: what was done once is not done again,
 also after a restart.
+
+The journal of a fit makes it resumable: every cost, and the gradients that are expensive, in the order in
+which they were computed.
+
+Optimizers are deterministic given their seed, so a run that is interrupted at any moment is resumed by
+running it again with the costs it had already: they are replayed in microseconds, and what follows is bit for
+bit what would have followed.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from identify.core.part_file import PartFile
+import numpy as np
+
+from identify.core.arrays import Array
+from identify.core.part_file import DamagedPart, PartFile
 
 
 class Memory:
@@ -43,3 +55,53 @@ class Memory:
 def digest(*parts: Any) -> str:
     """Key of what is computed from these parts, which JSON can hold."""
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
+
+
+@dataclass
+class Journal:
+    """Numbers in order, a record for every computation; part: where they are kept, None for a run that
+    cannot be resumed; position: how many records this run has passed, replayed: how many were not computed;
+    made: those that were, where another process wants them for its own journal.
+    """
+
+    part: PartFile | None = None
+    position: int = 0
+    replayed: int = 0
+    made: list[bytes] | None = None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether nothing is left to replay."""
+        return self.part is None or self.position >= len(self.part.records)
+
+    def replay(self, count: int) -> Array | None:
+        """The next `count` remembered numbers; None where the run has not been there yet.
+
+        A record of another length, or with NaN, which no cost is, was not written by this run: it and all
+        after it are forgotten, with a warning.
+        """
+        if self.part is None or self.exhausted:
+            return None
+        record = self.part.records[self.position]
+        numbers = np.frombuffer(record) if len(record) == 8 * count else np.full(1, np.nan)
+        if np.isnan(numbers).any():
+            number = self.position + 1
+            said = f"{self.part.path}: record {number} is not of this run; it and all later ones are ignored"
+            warnings.warn(said, DamagedPart, stacklevel=2)
+            self.part.keep(self.position)
+            return None
+        self.position, self.replayed = self.position + 1, self.replayed + 1
+        return numbers.copy()
+
+    def record(self, numbers: Array) -> None:
+        """Remember numbers that were computed."""
+        self.take([numbers.astype(float).tobytes()])
+
+    def take(self, records: Sequence[bytes]) -> None:
+        """Remember records that were computed, here or for this run in another process."""
+        if self.made is not None:
+            self.made += records
+        if self.part is not None:
+            for record in records:
+                self.part.append(record)
+            self.position += len(records)

@@ -14,7 +14,7 @@ class Objective(ABC):
     """A cost that has met its data: a function of parameter values alone."""
 
     expensive: ClassVar[bool] = False
-    """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.journal`)."""
+    """Whether residuals take so long that an interrupted run remembers them (`identify.fitting.memory`)."""
 
     def at(self, values: Array) -> Objective:
         """What a stage that begins at these values (parameters,) minimises: itself, unless it is an

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
 from identify.core.arrays import Array
+from identify.core.config import FlatSettings
 from identify.core.errors import InputError
-from identify.core.flat import FlatSettings
 from identify.core.parameters import Parameter
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import Optimizer, parse_optimizer

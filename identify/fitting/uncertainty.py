@@ -63,15 +63,13 @@ class Joint:
     """What is known of parameters and nuisance parameters together, on the search scale.
 
     root (u, u): its product with its transpose is the covariance of all unknowns; noise (f, f): the part of
-    the covariance of the free parameters that comes from noise, widening (f,): by how much it was taken wider
-    than the residuals say; stated (f, e): what a standard deviation of each error contributes to each of
-    them; spread (e,): standard deviation of each error after the fit, in units of its own; information (u, u)
-    of data and statements.
+    the covariance of the free parameters that comes from noise; stated (f, e): what a standard deviation of
+    each error contributes to each of them; spread (e,): standard deviation of each error after the fit, in
+    units of its own; information (u, u) of data and statements.
     """
 
     root: Array
     noise: Array
-    widening: Array
     stated: Array
     spread: Array
     information: Array
@@ -182,10 +180,9 @@ def joint_uncertainty(
     known[own] = scale.prior_information()
     root = _root_of_inverse(information, known)
     bread = root @ root.T
-    wider = np.broadcast_to(widening, len(own))
-    from_noise = noise(bread[own]) * np.outer(wider, wider)
+    from_noise = noise(bread[own]) * np.outer(widening, widening)
     summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, information + np.diag(known), from_noise, errors, wider, summary)
+    return _marginal(root, information + np.diag(known), from_noise, errors, summary)
 
 
 def propagated_uncertainty(
@@ -206,8 +203,7 @@ def propagated_uncertainty(
     """
     prior = scale.prior_information()
     own_root, bread = _root_of_inverse(information, prior), _bread(information, scale)
-    wider = np.broadcast_to(widening, len(prior))
-    from_noise = bread @ variance @ bread * np.outer(wider, wider)
+    from_noise = bread @ variance @ bread * np.outer(widening, widening)
     size, count_of_errors = moved.shape
     errors = np.arange(size + count_of_errors) >= size
     root = np.block([[own_root, moved], [np.zeros(moved.shape[::-1]), np.eye(count_of_errors)]])
@@ -215,7 +211,7 @@ def propagated_uncertainty(
     across = -without @ moved
     both = np.block([[without, across], [across.T, np.eye(count_of_errors) - moved.T @ across]])
     summary = partial(_uncertainty, count=count, scale=scale, values=values, notes=notes)
-    return _marginal(root, both, from_noise, errors, wider, summary)
+    return _marginal(root, both, from_noise, errors, summary)
 
 
 def _marginal(
@@ -223,12 +219,11 @@ def _marginal(
     information: Array,
     from_noise: Array,
     errors: Mask,
-    wider: Array,
     summary: Callable[[Array, Array, Array], Uncertainty],
 ) -> Uncertainty:
     """Of the parameters, with what is known of both: root (u, u) of the inverse of the information (u, u);
-    from_noise (f, f): the covariance that noise alone makes of the parameters, wider by (f,); summary: what
-    is said of information, covariance and its inverse, each (f, f).
+    from_noise (f, f): the covariance that noise alone makes of the parameters; summary: what is said of
+    information, covariance and its inverse, each (f, f).
     """
     own, bread = np.flatnonzero(~errors), root @ root.T
     stated = bread[np.ix_(own, np.flatnonzero(errors))]
@@ -238,7 +233,7 @@ def _marginal(
     more = np.ones(len(errors))
     more[own] = found.std / found.independent_std
     spread = np.sqrt(np.diag(bread)[errors])
-    joint = Joint(more[:, None] * root, from_noise, wider, stated, spread, information)
+    joint = Joint(more[:, None] * root, from_noise, stated, spread, information)
     return replace(found, joint=joint)
 
 

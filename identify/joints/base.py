@@ -22,8 +22,8 @@ CURVES = Registry(
     "identify.curves",
     {
         "base-parameters": "identify.joints.base_parameters:BaseParameters",
-        "friction-constant-velocity": "identify.joints.friction_steps:FrictionConstantVelocity",
-        "friction-sinusoidal": "identify.joints.friction_sine:FrictionSinusoidal",
+        "friction-constant-velocity": "identify.joints.friction:FrictionConstantVelocity",
+        "friction-sinusoidal": "identify.joints.friction:FrictionSinusoidal",
         "rigid-bodies": "identify.joints.rigid_bodies:RigidBodies",
         "stiffness-static": "identify.joints.stiffness:StiffnessStatic",
         "transmission-error": "identify.joints.transmission:TransmissionError",
@@ -66,6 +66,7 @@ class JointCurve(Curve):
         return self.name or f"joint{self.joint} {self.kind}"
 
 
-def parse_curve(data: Any) -> Any:
+def parse_curve(data: Any) -> Curve:
     """The curve of an entry of `curves`; raises ValueError for pydantic to report with its key."""
-    return data if isinstance(data, Curve) else parse_kind(CURVES, data)
+    curve: Curve = parse_kind(CURVES, data)
+    return curve

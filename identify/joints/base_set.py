@@ -17,8 +17,8 @@ import scipy
 
 from identify.core.arrays import Array
 from identify.robot.description import Link, Robot
+from identify.robot.inverse_dynamics import NAMES, PAIRS, link_columns
 from identify.robot.pseudo_inertia import pseudo_inertia
-from identify.robot.regressor import NAMES, PAIRS, link_columns
 
 _TOLERANCE = 1e-9
 _STATES = 60

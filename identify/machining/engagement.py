@@ -85,14 +85,10 @@ class Engagement:
         whole = self.integral(np.array(self.entry), np.array(self.exit))
         return np.asarray(whole * self.teeth / (2 * np.pi))
 
-    def harmonic(self, number: int) -> Complex:
-        """(3, 3), N/m^2: Fourier coefficient of all teeth over the time in which the cut repeats, of that
-        number, without helix; of uneven teeth, as if all were where one of them is.
-        """
-        return np.asarray(self.harmonics(np.array([number]))[0], dtype=complex)
-
     def harmonics(self, numbers: Index) -> Complex:
-        """(..., 3, 3), N/m^2: the same of several numbers (...,)."""
+        """(..., 3, 3), N/m^2: Fourier coefficients of all teeth over the time in which the cut repeats, of
+        those numbers (...,), without helix; of uneven teeth, as if all were where one of them is.
+        """
         edges = np.linspace(self.entry, self.exit, 17)
         half = np.diff(edges)[:, None] / 2
         phi = ((edges[:-1] + edges[1:])[:, None] / 2 + half * _NODES).ravel()

@@ -33,8 +33,7 @@ class ExactLimit:
     """A depth, m, a frequency, Hz, and what they follow: lines_hz (r,), of any sign; slope (r, 3, 3), so that
     a small change dH (r, 3, 3) of the tip's receptance changes the depth by Re sum(slope dH).
 
-    strongest_hz: the harmonic at which the tip moves most, which is heard; remainder: by what part the depth
-    moved when the number of harmonics was doubled.
+    strongest_hz: the harmonic at which the tip moves most, which is heard.
     """
 
     depth: float
@@ -42,7 +41,6 @@ class ExactLimit:
     lines_hz: Array
     slope: Complex
     strongest_hz: float
-    remainder: float
 
 
 @dataclass(frozen=True)
@@ -121,7 +119,7 @@ class Loop:
         slope = (back[0] - 1j * back[1]) * left[:, :, None] * pushed[:, None, :]
         lines = self.lines(hz)
         strongest = abs(float(lines[np.argmax(np.linalg.norm(moves, axis=1))]))
-        return ExactLimit(depth, abs(hz), lines, slope, strongest, 0.0)
+        return ExactLimit(depth, abs(hz), lines, slope, strongest)
 
 
 def _parts(value: complex) -> Array:
@@ -141,14 +139,10 @@ def exact_limit(
     """
     depth, hz = near
     few, many = _loops(cut, tip, highest_hz, rpm)
-    first, base_hz = few.solved(_folded(hz, few.base_hz), depth), few.base_hz
-    if first is not None and quick:
-        return replace(first, chatter_hz=_unfolded(first, hz, base_hz), remainder=np.nan)
-    found = None if first is None else many.solved(first.chatter_hz, first.depth)
-    if first is None or found is None:
-        return None
-    remainder = abs(first.depth / found.depth - 1)
-    return replace(found, chatter_hz=_unfolded(found, hz, base_hz), remainder=remainder)
+    found = few.solved(_folded(hz, few.base_hz), depth)
+    if found is not None and not quick:
+        found = many.solved(found.chatter_hz, found.depth)
+    return found and replace(found, chatter_hz=_unfolded(found, hz, few.base_hz))
 
 
 def _loops(cut: Engagement, tip: Receptance, highest_hz: float, rpm: float) -> tuple[Loop, Loop]:

@@ -13,7 +13,7 @@ import numpy as np
 from identify.batch.posture_table import read_postures
 from identify.core.arrays import Array
 from identify.core.errors import InputError
-from identify.machining.force import parse_force
+from identify.machining.run_deflection import parse_force
 from identify.machining.tool import Tool, read_tool
 from identify.map.limits import KINDS, Wanted
 from identify.robot.points import Point

@@ -14,9 +14,9 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.thresholds import SIGMAS_95
-from identify.machining.bands import UNKNOWN
 from identify.machining.mounted import Mounted
 from identify.machining.one_limit import limit_at
+from identify.machining.stability import UNKNOWN
 from identify.machining.tool import Tool
 from identify.machining.uncertain import uncertain_tip
 from identify.model.system import System

@@ -18,9 +18,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from identify.batch.executor import here, open_executor
-from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
-from identify.batch.loop import Watch, run_jobs
+from identify.batch.loop import BatchIndex, Entry, Watch, run_jobs
 from identify.core import atomic
 from identify.core.arrays import Array
 from identify.core.errors import InputError

@@ -19,9 +19,10 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, Complex
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
@@ -33,10 +34,9 @@ _ASTRAY_DEG = 45.0
 """Half a right angle: cells are mounted along or across."""
 
 
-class Chirp(BaseModel):
+class Chirp(Settings):
     """How a record of a rotating offset mass is read."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     angle: str = Field(description="channel of the spindle's angle in rad, such as 14:+RZ")
     acts_at: tuple[str, str] = Field(
         description="channels along which F_x and F_y act, such as ['14:+X', '14:+Y']"

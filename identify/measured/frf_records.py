@@ -13,10 +13,11 @@ from math import isclose
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import BeforeValidator, Field
 
 from identify.core.arrays import Array, Complex
 from identify.core.asked import key
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.measured.causality import is_conjugated
 from identify.measured.channel import Channel
@@ -33,10 +34,9 @@ TEXT = ("columns", "names", "frequency_start_hz", "frequency_step_hz")
 """Options of files that do not say themselves what is in them."""
 
 
-class WindowEnd(BaseModel):
+class WindowEnd(Settings):
     """An exponential window as analysers state it: what it leaves at the end of the records."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     percent: float = Field(gt=0, lt=100, description="of what stands at the beginning")
     at_s: float = Field(gt=0, description="length of the records, s")
 
@@ -50,10 +50,8 @@ def _decay(data: Any) -> Any:
     return WindowEnd.model_validate(data).decay_per_s if isinstance(data, dict) else data
 
 
-class FrfFileOptions(BaseModel):
+class FrfFileOptions(Settings):
     """What the user says about an FRF file; None or empty means: as the file says."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     format: str | None = Field(
         None, description="file format: uff, csv, hdf5, mat; without it the suffix decides"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identify.core.arrays import Array, Complex
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 
 
 @dataclass(frozen=True)

@@ -5,15 +5,19 @@ frequency_std_hz, damping_std_ratio | damping_std_percent, modal_mass_kg, modal_
 frequency_hz must be there; a modal mass is that of the shape as it stands.  CSV:
 one line a mode with the same columns and `mode`, a number; shapes in a second file with the columns
 `mode,channel,real,imag`.
+
+A table of modes: frequency, damping and, where known, shapes at channels; measured or computed.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from ruamel.yaml.comments import CommentedSeq
 
 from identify.core.arrays import Array
@@ -23,7 +27,42 @@ from identify.core.text_input import csv_text
 from identify.core.yaml_input import read_yaml_file
 from identify.measured.channel import Channel
 from identify.measured.delimited import DelimitedTable, read_table
-from identify.measured.modal_table import ModalTable
+
+
+@dataclass(frozen=True)
+class ModalTable:
+    """frequency_hz (m,): |lambda|/2 pi, rising; damping_ratio (m,): -Re lambda/|lambda| (0.04, not 4 %), NaN
+    where unknown; shapes (m, channels) complex, or None; *_std are standard deviations, or None;
+    modal_mass_kg (m,): of the shapes as they are, where it was told apart from them, NaN where unknown;
+    notes: sentences on what of the file was not read.
+    """
+
+    frequency_hz: NDArray[np.float64]
+    damping_ratio: NDArray[np.float64]
+    channels: tuple[Channel, ...] = ()
+    shapes: NDArray[np.complex128] | None = None
+    frequency_std_hz: NDArray[np.float64] | None = None
+    damping_std: NDArray[np.float64] | None = None
+    modal_mass_kg: NDArray[np.float64] | None = None
+    modal_mass_std_kg: NDArray[np.float64] | None = None
+    source: str = ""
+    sha256: str = ""
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        modes = len(self.frequency_hz)
+        if self.damping_ratio.shape != (modes,):
+            raise ValueError(f"damping_ratio has shape {self.damping_ratio.shape}, expected ({modes},)")
+        if self.shapes is not None and self.shapes.shape != (modes, len(self.channels)):
+            raise ValueError(
+                f"shapes have shape {self.shapes.shape}, expected ({modes}, {len(self.channels)})"
+            )
+        if np.any(np.diff(self.frequency_hz) < 0):
+            raise ValueError("frequency_hz must rise")
+
+    def __len__(self) -> int:
+        return len(self.frequency_hz)
+
 
 _LARGEST = 8 * MEBIBYTE
 _SCALES = {"damping_ratio": 1.0, "damping_percent": 0.01}

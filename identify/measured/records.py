@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.measured.record_files import JOINT, RecordFile
 from identify.measured.time_history import mean_rate, sample_rate
@@ -37,18 +38,14 @@ more."""
 _SI: dict[str, str] = {"position": "rad", "velocity": "rad/s", "torque": "N m", "current": "A"}
 
 
-class _Settings(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class TimeAxis(_Settings):
+class TimeAxis(Settings):
     """Where the time of the samples stands."""
 
     at: str = Field(description="name of the time axis in the files; `time` in universal files")
     unit: Literal["s", "ms"] = Field("s", description="unit of its numbers")
 
 
-class SignalSettings(_Settings):
+class SignalSettings(Settings):
     """Where a signal stands in the files, and in which unit."""
 
     at: str = Field(

@@ -20,9 +20,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
 from identify.core.arrays import Array, Complex
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.measured.chirp import Chirp, frf_from_chirp
 from identify.measured.estimators import Method, frf_from_impacts, frf_from_random
@@ -30,10 +31,9 @@ from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import POWER, FrfSet, Quantity
 from identify.measured.hits import Hits, beside, cut
 from identify.measured.loaders import load_frf_set, load_time_history
-from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import in_blocks, read_log
 from identify.measured.noise import mean_of_repeats, noise_std_from_repeats
-from identify.measured.periodic import frf_from_periods
+from identify.measured.periodic import frf_from_periods, frf_local_polynomial
 from identify.measured.time_history import TimeHistory
 from identify.measured.units import Kind
 
@@ -41,12 +41,11 @@ _SURE, _PART = 0.1, 10
 """Relative noise up to which a line tells the inertia; of these lines, the highest tenth does."""
 
 
-class Estimation(BaseModel):
+class Estimation(Settings):
     """How FRFs are estimated from time histories; an exponential window is `window_decay_per_s` of the
     measurement.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     excitation: Literal["impacts", "random", "broadband", "chirp"] = Field(
         "impacts",
         description=(

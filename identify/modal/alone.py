@@ -12,7 +12,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.thresholds import SIGMAS_95
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.bands import Identified, identified
 from identify.modal.layout import Layout

@@ -15,13 +15,12 @@ from identify.core.arrays import Array, Complex, Mask
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.bands import Identified, identified
 from identify.modal.layout import Layout, arrange, cmif
 from identify.modal.lsfd import ModalModel
-from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why
-from identify.modal.scaling import ReciprocityCheck, Scaling, reciprocity, scale
+from identify.modal.scaling import ReciprocityCheck, reciprocity, scale
 from identify.modal.selection import Candidate, is_near
 from identify.modal.settings import ModalSettings
 from identify.modal.stabilisation import Diagram
@@ -40,30 +39,20 @@ class ModalAnalysis:
     table: frequencies, damping (window corrected), shapes at `layout.responses`, standard deviations (from
     noise, and where more than noise is left also from the spread over orders); model: poles, participation at
     `layout.references`, receptance residues and residuals; outside: resonances beyond the band that were
-    fitted with them; modes: the cluster behind each mode; rejected: candidates with the reason; seen_*: what
-    the window showed before its correction; mpc (m,), mpd (m,) rad: of the final shapes; synthesised (L,
-    responses, references): the model's FRFs; synthesis_error (responses, references): RMS error over RMS of
-    the FRF in the band, total_error over all of them; mode_indicator (L, references): CMIF; bands_hz: the
-    parts of the band that were analysed apart; by_noise (m,): where noise is all that the model leaves.
+    fitted with them; modes: the cluster behind each mode; rejected: candidates with the reason; synthesised
+    (L, responses, references): the model's FRFs; bands_hz: the parts of the band that were analysed apart;
+    by_noise (m,): where noise is all that the model leaves.
     """
 
     table: ModalTable
     model: ModalModel
     outside: ModalModel
-    scaling: Scaling
     modes: tuple[Candidate, ...]
     rejected: tuple[Candidate, ...]
     diagram: Diagram
     layout: Layout
     settings: ModalSettings
-    seen_frequency_hz: Array
-    seen_damping_ratio: Array
-    mpc: Array
-    mpd: Array
     synthesised: Complex
-    synthesis_error: Array
-    total_error: float
-    mode_indicator: Array
     reciprocity: tuple[ReciprocityCheck, ...]
     bands_hz: tuple[tuple[float, float], ...]
     by_noise: Mask
@@ -72,6 +61,25 @@ class ModalAnalysis:
     def references(self) -> tuple[Channel, ...]:
         """The reference channels, columns of the participation."""
         return self.layout.references
+
+    @property
+    def seen(self) -> tuple[Array, Array]:
+        """Frequencies, Hz, and damping ratios (m,) as the window showed them, before its correction."""
+        return frequency_and_damping(seen_through(self.model.poles, self.layout.decay))
+
+    @property
+    def total_error(self) -> float:
+        """RMS error of all synthesised FRFs in the band over the RMS of what was measured."""
+        return synthesis_error(self.layout.frf, self.synthesised)[1]
+
+    @property
+    def mode_indicator(self) -> Array:
+        """(L, references): CMIF of the responses that every force was measured with; of magnitudes where
+        there is none.
+        """
+        if self.layout.complete.any():
+            return cmif(self.layout)
+        return np.asarray(np.sqrt(np.nansum(np.abs(self.layout.frf) ** 2, axis=(1, 2))))[:, None]
 
 
 def analyse(frf_set: FrfSet, settings: ModalSettings | None = None) -> ModalAnalysis:
@@ -105,22 +113,20 @@ def check_by_hand(found: Verified, settings: ModalSettings) -> None:
 
 def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalSettings) -> ModalAnalysis:
     verified, model = found.verified, found.verified.model
-    scaling = scale(model, layout)
+    shapes, mass_normalised = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
-    seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
     noise = _noise(model.poles, verified.covariance)
     spread = np.array([[mode.frequency_std_hz, mode.damping_std] for mode in verified.modes]).reshape(-1, 2)
     # Low orders scatter by more than the refined modes do: where noise is all that is left, they say nothing.
     std = np.where(verified.by_noise[:, None], _CHOSEN * noise, np.hypot(noise, spread))
-    error, total = synthesis_error(layout.frf, found.rebuilt)
     table = ModalTable(
         frequency,
         damping,
         layout.responses,
-        scaling.shapes,
+        shapes,
         std[:, 0],
         std[:, 1],
-        np.ones(len(model)) if scaling.mass_normalised else None,
+        np.ones(len(model)) if mass_normalised else None,
         source=frf_set.source,
         sha256=frf_set.sha256,
     )
@@ -128,22 +134,14 @@ def _result(frf_set: FrfSet, layout: Layout, found: Identified, settings: ModalS
         table=table,
         model=model,
         outside=verified.outside,
-        scaling=scaling,
         modes=tuple(verified.modes),
         rejected=tuple(verified.rejected),
         diagram=found.diagram,
         layout=layout,
         settings=settings,
-        seen_frequency_hz=seen_frequency,
-        seen_damping_ratio=seen_damping,
-        mpc=mpc(scaling.shapes),
-        mpd=mpd(scaling.shapes),
         synthesised=found.rebuilt,
         bands_hz=found.bands_hz,
         by_noise=verified.by_noise,
-        synthesis_error=error,
-        total_error=total,
-        mode_indicator=cmif(layout),
         reciprocity=reciprocity(frf_set),
     )
 

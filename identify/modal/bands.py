@@ -60,7 +60,7 @@ def _whole(layout: Layout, settings: ModalSettings, *, late: bool = False) -> Id
     diagram = stabilisation(layout, settings)
     manual = settings.modes_hz is not None
     least = 0.0 if manual or settings.keep_hz else settings.min_presence / 2
-    accepted, rejected = select(candidates(diagram, least), layout, settings, late=late)
+    accepted, rejected = select(candidates(diagram, least), settings, late=late)
     if settings.refine:
         found = verify(accepted, layout, settings, rejected)
     else:

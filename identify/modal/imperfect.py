@@ -34,7 +34,7 @@ from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import RESIDUAL, Why, because
 from identify.modal.selection import Candidate, arrays, least_share, without_idle
 from identify.modal.settings import ModalSettings
-from identify.modal.verified import BEYOND, Verified, rows, stays, unrefined
+from identify.modal.verified import BEYOND, Verified, parted, stays, unrefined
 
 _FIRM = 0.8
 """Part of the orders in which a cluster appears, beyond which a mode that wanders off is held where it was
@@ -67,7 +67,12 @@ def imperfect(modes: list[Candidate], layout: Layout, settings: ModalSettings) -
         gone += [replace(mode, reason=faults[id(mode)]) for mode in kept if id(mode) in faults]
         kept = [mode for mode in kept if id(mode) not in faults]
         if not faults and not quick:
-            return _split(kept, model, refined, outside, gone)
+            beyond = [
+                because(Why.BEYOND, abs(pole) / (2 * np.pi), more=RESIDUAL) if out else None
+                for pole, out in zip(model.poles, outside, strict=True)
+            ]
+            none = np.zeros(len(kept), dtype=bool)
+            return parted(kept, model, beyond, refined.covariance, none, gone)
         quick = bool(faults)
     empty = unrefined([], layout, settings)
     return replace(empty, rejected=gone)
@@ -124,21 +129,6 @@ def _failed(
         elif not outside[r] and (collinear[r] < settings.min_mpc or deviation[r] > settings.max_mpd_deg):
             faults[id(mode)] = because(Why.COMPLEX_REFINED, collinear[r], deviation[r])
     return faults
-
-
-def _split(
-    modes: list[Candidate], model: ModalModel, refined: Refined, outside: list[bool], gone: list[Candidate]
-) -> Verified:
-    """Modes of the band by frequency, and what lies beyond it."""
-    order = np.argsort(np.abs(model.poles), kind="stable")
-    inner = np.array([r for r in order if not outside[r]], dtype=int)
-    outer = np.array([r for r in order if outside[r]], dtype=int)
-    for r in outer:
-        frequency = abs(model.poles[r]) / (2 * np.pi)
-        gone.append(replace(modes[r], reason=because(Why.BEYOND, frequency, more=RESIDUAL)))
-    inside = rows(model, inner, model.residuals)
-    modes, by_noise = [modes[r] for r in inner], np.zeros(len(inner), dtype=bool)
-    return Verified(modes, inside, rows(model, outer, {}), refined.covariance[inner], gone, by_noise)
 
 
 @dataclass(frozen=True)

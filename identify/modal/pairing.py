@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Index
 from identify.measured.channel import Channel
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.mac import macx
 
 

@@ -20,42 +20,20 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
-from identify.modal.mac import as_real, frac, mac
+from identify.modal.mac import as_real, frac
 
 
-@dataclass(frozen=True)
-class Scaling:
-    """shapes (m, responses): of unit modal mass (kg^-1/2) if mass_normalised, else of unit largest component.
-
-    modal_mass_kg (m,) belongs to shapes of unit largest component, NaN without a drive point; modal_a (m,) =
-    2j omega_d modal_mass (N s/m).  drive_point_phase (m,), rad: 0 where force and response have consistent
-    signs, +-pi where one is turned; drive_point_mac (m,): agreement of participation and shape at the drive
-    points, 1 if there is only one.
+def scale(model: ModalModel, layout: Layout) -> tuple[Complex, bool]:
+    """Shapes (m, responses) of every mode, and whether they are of unit modal mass (kg^-1/2): else of unit
+    largest component.
     """
-
-    shapes: Complex
-    mass_normalised: bool
-    modal_mass_kg: Array
-    modal_a: Complex
-    drive_point_phase: Array
-    drive_point_mac: Array
-
-
-def scale(model: ModalModel, layout: Layout) -> Scaling:
-    """Scaled shapes of every mode."""
     response, reference, sign = _drive_points(layout)
-    unknown = np.full(len(model), np.nan)
     if len(response) == 0:
-        return Scaling(_unit(model.shapes), False, unknown, unknown.astype(complex), unknown, unknown)
+        return _unit(model.shapes), False
     shape, participation = model.shapes[:, response], model.participation[:, reference] * sign
     factor = np.sum(shape.conj() * participation, axis=1) / np.sum(np.abs(shape) ** 2, axis=1)
-    damped = 2j * model.poles.imag
     # The residue must be a negative imaginary number at a drive point; half its phase error turns the shape.
-    square = factor * damped * np.sum(shape**2, axis=1)
-    shapes = _upright(np.sqrt(factor * damped)[:, None] * model.shapes)
-    mass = 1 / np.max(np.abs(shapes), axis=1) ** 2
-    agreement = np.array([mac(a, b)[0, 0] for a, b in zip(shape, participation, strict=True)])
-    return Scaling(shapes, True, mass, damped * mass, np.angle(square), agreement)
+    return _upright(np.sqrt(factor * (2j * model.poles.imag))[:, None] * model.shapes), True
 
 
 def _drive_points(layout: Layout) -> tuple[list[int], list[int], Array]:

@@ -109,7 +109,7 @@ def _dominant(rows: Complex) -> Complex:
 
 
 def select(
-    found: list[Candidate], layout: Layout, settings: ModalSettings, *, late: bool = False
+    found: list[Candidate], settings: ModalSettings, *, late: bool = False
 ) -> tuple[list[Candidate], list[Candidate]]:
     """Accepted modes by frequency, and rejected candidates with the reason.
 

@@ -7,22 +7,20 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from identify.core.config import read_yaml, validated
+from identify.core.config import Settings, read_yaml, validated
 
 ESTIMATORS = {"plscf": "pLSCF", "lsce": "LSCE"}
 """How the estimators are written in reports."""
 
 
-class ModalSettings(BaseModel):
+class ModalSettings(Settings):
     """Settings of `identify.modal.analysis.analyse`; unknown keys are refused.
 
     An order is the degree of the denominator polynomial: a model of order p has p x references poles in the
     band.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     estimator: Literal["plscf", "lsce"] = Field(
         "plscf", description="poly-reference LSCF, or least-squares complex exponential"

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identify.core.arrays import Array, Complex, Index
-from identify.modal import lsce, plscf
+from identify.modal import plscf
 from identify.modal.layout import Layout
 from identify.modal.mac import mpc, mpd
 from identify.modal.poles import Band, PoleSet, moments, pole_set
@@ -69,8 +69,8 @@ def stabilisation(layout: Layout, settings: ModalSettings) -> Diagram:
     band = Band.of(layout.frequency_hz)
     places = band.places(layout.frequency_hz)
     coefficients = moments(frf, orders[-1], places)
-    lsce_ = settings.estimator == "lsce"
-    found = lsce.denominators(frf, orders) if lsce_ else plscf.denominators(frf, orders, places)
+    by_lsce = settings.estimator == "lsce"
+    found = plscf.lsce_denominators(frf, orders) if by_lsce else plscf.denominators(frf, orders, places)
     # The window adds decay: what is too damped is judged after its correction.
     allowed = settings.max_damping_ratio + layout.decay / (2 * np.pi * layout.frequency_hz[0])
     sets = [pole_set(beta, coefficients, band, min(allowed, 0.999)) for beta in found]

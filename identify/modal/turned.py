@@ -18,7 +18,7 @@ import numpy as np
 from identify.core.arrays import Array, Complex, Index
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 
 Axes = Mapping[int, Array]
 """Node -> directions of its channels X, Y and Z in the common frame, rows of (3, 3)."""

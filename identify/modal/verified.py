@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identify.core.arrays import Complex, Mask
+from identify.core.arrays import Array, Complex, Mask
+from identify.core.coded import Coded
 from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel, lsfd
 from identify.modal.reasons import RESIDUAL, Why, because
@@ -98,6 +100,31 @@ def in_band(found: Verified, layout: Layout, settings: ModalSettings) -> Verifie
         found.covariance[own],
         [*found.rejected, *beyond],
         found.by_noise[own],
+    )
+
+
+def parted(
+    modes: Sequence[Candidate],
+    model: ModalModel,
+    faults: Sequence[Coded | None],
+    covariance: Array,
+    by_noise: Mask,
+    gone: Sequence[Candidate],
+) -> Verified:
+    """Modes and rows of their model (m,), by frequency: those without a fault, and the others aside, after
+    those that were gone before.
+    """
+    order = np.argsort(np.abs(model.poles), kind="stable")
+    inner, outer = (
+        np.array([r for r in order if bool(faults[r]) == out], dtype=int) for out in (False, True)
+    )
+    return Verified(
+        [modes[r] for r in inner],
+        rows(model, inner, model.residuals),
+        rows(model, outer, {}),
+        covariance[inner],
+        [*gone, *(replace(modes[r], reason=faults[r]) for r in outer)],
+        by_noise[inner],
     )
 
 

@@ -61,7 +61,6 @@ class Response:
     ends: tuple[Array, Array]
     moved: Complex
     transfer: Complex
-    springs: Compliances
     compliance: Array
     retardation: Array
     poles: tuple[Pole, ...]
@@ -165,9 +164,7 @@ def respond(
     moved[:, active], transfer[:, :, active] = solved[..., :inputs], np.swapaxes(solved[..., inputs:], 1, 2)
     poles = () if record is None else _poles(scaled, s, seen, load, record)
     every = (mass, damping, stiffness)
-    return Response(
-        basis, root, every, s, power, record, ends, moved, transfer, springs, compliance, tau, poles
-    )
+    return Response(basis, root, every, s, power, record, ends, moved, transfer, compliance, tau, poles)
 
 
 def _poles(scaled: list[Array], s: Complex, seen: Array, load: Array, record: float) -> tuple[Pole, ...]:

@@ -19,8 +19,7 @@ from identify.measured.channel import Channel
 from identify.measured.finding import listing
 from identify.measured.geometry import MeasuredGeometry
 from identify.measured.loaders import FORMAT_OF_SUFFIX
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import read_modal_table
+from identify.measured.modal_tables import ModalTable, read_modal_table
 from identify.measured.uff.geometry import channel_axes, has_geometry, read_geometry
 from identify.measured.uff.shapes import read_shapes
 from identify.modal.mac import auto_mac, comac, mac

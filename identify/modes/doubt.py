@@ -7,7 +7,7 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.text import listed
 from identify.core.thresholds import SIGMAS_95
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.alone import Disagreement
 from identify.modal.settings import ModalSettings
 

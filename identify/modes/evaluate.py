@@ -13,7 +13,7 @@ from identify.core.arrays import Array, Complex, Index, Mask
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT, FrfSet
 from identify.measured.geometry import MeasuredGeometry, displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.frf_errors import frf_errors
 from identify.modal.mac import auto_mac, mpc, mpd
@@ -84,7 +84,7 @@ def _kept(measured: Measured, found: ModalAnalysis, setups: SetupPoles | None) -
             found.references,
             found.model.participation,
             settings,
-            (found.seen_frequency_hz, found.seen_damping_ratio),
+            found.seen,
         ),
         rejected=rejected_poles(found.rejected),
         diagram=drawn_diagram(

@@ -12,8 +12,7 @@ from identify.core.arrays import Complex
 from identify.core.atomic import write_atomically
 from identify.measured.frf_set import POWER, FrfSet, Quantity
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import write_modal_table
+from identify.measured.modal_tables import ModalTable, write_modal_table
 from identify.measured.uff.shapes import write_shapes
 from identify.measured.uff.write import write_uff58
 from identify.modal.analysis import ModalAnalysis

@@ -19,7 +19,7 @@ from identify.fitting.resume import held
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.geometry import MeasuredGeometry, displacements
 from identify.measured.loaders import FORMAT_OF_SUFFIX
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.response_files import load_responses
 from identify.measured.several import files_of, name_of
 from identify.modal.analysis import synthesis_error

@@ -10,7 +10,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.measured.geometry import MeasuredGeometry, displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.operational.analysis import OperationalModes
 from identify.modal.operational.merged import merged_responses, unit_shapes
 from identify.modal.reasons import Why, because

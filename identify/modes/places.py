@@ -13,7 +13,7 @@ from identify.core.errors import InputError
 from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.turned import Axes
 
 

@@ -23,7 +23,7 @@ class Bodies(Settings):
 
 class Balancer(Settings):
     """A balancer per joint: a torque on the link, sine sin(q) + cosine cos(q), q the joint's angle, as a
-    spring with no slack length has it (`identify.explain.effects.gravity_balancer`).
+    spring with no slack length has it (`identify.explain.effects.rigid_body`).
     """
 
     sine: Number = quantity("N m", "on the link, in proportion to the sine of its angle", 0.0, least=-np.inf)

@@ -143,7 +143,5 @@ class Controller(BaseModel, ABC):
 
 def parse_controller(data: Any) -> Controller:
     """A controller from its mapping in the config; raises ValueError for pydantic to report with its key."""
-    if isinstance(data, Controller):
-        return data
     controller: Controller = parse_kind(CONTROLLERS, data)
     return controller

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identify.batch.index import BatchIndex
-from identify.batch.loop import Watch
+from identify.batch.loop import BatchIndex, Watch
 from identify.fitting.fit import Progress
 from identify.fitting.selection.workbench import Story
 from identify.reports.shown import Shown, shown

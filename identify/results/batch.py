@@ -72,7 +72,7 @@ class ModesByPosture:
 
 @dataclass(frozen=True)
 class DependenceTable:
-    """Whether each parameter is the same at all postures (`identify.batch.homogeneity`); a row per parameter,
+    """Whether each parameter is the same at all postures (`identify.batch.population`); a row per parameter,
     NaN where it cannot be determined.
 
     mean and its limits in the parameter's unit; scatter and slope per rad of ln value where log, else of the

@@ -11,8 +11,7 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic_core import to_jsonable_python
 
-from identify.core.config import ConfigFile
-from identify.core.flat import FlatSettings
+from identify.core.config import ConfigFile, FlatSettings
 from identify.core.yaml_input import line_of, parse_yaml
 from identify.results.tables import SettingTable
 

@@ -30,9 +30,10 @@ from reprlib import repr as shortened
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import BeforeValidator, Field, ValidationError
 
 from identify.core.arrays import Array
+from identify.core.config import Settings
 from identify.core.errors import InputError, InputErrors
 from identify.core.yaml_input import line_of, plain, read_yaml_file
 from identify.robot.description import Joint, Link, Robot, as_base, inertia_fault
@@ -142,11 +143,7 @@ def _as_matrix(value: object) -> object:
 Matrix = Annotated[tuple[Vector, Vector, Vector], BeforeValidator(_as_matrix)]
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-class DhRow(_Table):
+class DhRow(Settings):
     """One row of the table: angles in degrees, lengths in metres."""
 
     name: Name
@@ -157,7 +154,7 @@ class DhRow(_Table):
     limits_deg: tuple[Number, Number] | None = None
 
 
-class LinkTable(_Table):
+class LinkTable(Settings):
     """Mass, centre of mass and inertia about it, in the link's frame."""
 
     name: Name
@@ -170,7 +167,7 @@ class LinkTable(_Table):
         return Link(self.name, self.mass_kg, np.array(self.centre_m), np.array(self.inertia_kg_m2))
 
 
-class BaseTable(_Table):
+class BaseTable(Settings):
     """The base link; its inertia may be left out as a whole where the base never moves."""
 
     name: Name = "base"
@@ -186,7 +183,7 @@ class BaseTable(_Table):
         return as_base(own)
 
 
-class PoseTable(_Table):
+class PoseTable(Settings):
     """A shift and fixed-axis rotations."""
 
     xyz_m: Vector = (0.0, 0.0, 0.0)
@@ -204,7 +201,7 @@ class FrameTable(PoseTable):
     link: Name
 
 
-class DhTable(_Table):
+class DhTable(Settings):
     """The whole file."""
 
     name: Name

@@ -20,8 +20,8 @@ from identify.core.text import capital, listed
 from identify.fitting.fit import check_moves
 from identify.measured.finding import STUDY, Checked, Finding, kept, worst_first
 from identify.measured.frf_set import FrfSet
+from identify.measured.hits import hit_findings
 from identify.measured.quality import check
-from identify.measured.quality_hits import hit_findings
 from identify.measured.quality_robot import check_robot
 from identify.measured.silent import LEFT_OUT
 from identify.measured.source import read_history

@@ -19,7 +19,7 @@ from identify.fitting.uncertainty import Uncertainty, at_bounds, inseparable
 from identify.measured.channel import Channel
 from identify.measured.frf_set import UNIT
 from identify.measured.geometry import displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.quality_robot import robot_notes
 from identify.modal.frf_errors import frf_errors
 from identify.modal.pairing import pair
@@ -29,7 +29,7 @@ from identify.model.system import System
 from identify.results import fit as results
 from identify.results import tables
 from identify.robot.visual import Looks, looks
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.elsewhere import gap_elsewhere
 from identify.vibration.far_places import far_notes
@@ -103,7 +103,7 @@ def evaluate(
             for m in problem.measurements
         },
         published=_published(problem),
-        profiles={name: _profile(problem, fit, trusted, name) for name in profiled},
+        profiles={name: profile(problem, fit.values, trusted, name) for name in profiled},
         provenance=provenance_of(problem.file),
         description=description_of(problem.file, problem.points),
         uncertainty=stated,
@@ -305,11 +305,6 @@ def _frf(problem: Problem, target: FrfTarget, fit: Fit, trusted: Uncertainty) ->
         gap=np.sqrt(np.mean(np.abs(difference / target.sigma) ** 2, axis=0) / 2) if known else None,
         **frf_errors(measured, fitted),
     )
-
-
-def _profile(problem: Problem, fit: Fit, trusted: Uncertainty, name: str) -> results.ProfileCurve:
-    found = profile(problem, fit.values, trusted, name)
-    return results.ProfileCurve(found.values, found.rise, found.low, found.high)
 
 
 def _published(problem: Problem) -> results.PublishedValues | None:

@@ -22,8 +22,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.measured.channel import Channel, motors_of
 from identify.measured.correction import turned
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import read_modal_table
+from identify.measured.modal_tables import ModalTable, read_modal_table
 from identify.measured.noise import with_noise, with_relative_noise, without_bias
 from identify.measured.record_length import record_length, shortest_record
 from identify.measured.silent import connected, noise_alone, without

@@ -35,7 +35,7 @@ from identify.model.effects.base import Effect
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.system import System
 from identify.robot.description import Robot
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import by_residuals, uncertainty

@@ -9,10 +9,10 @@ import numpy as np
 
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.settings import ESTIMATORS, ModalSettings
-from identify.vibration.costs.modal_target import ModalTarget
+from identify.vibration.costs.make_target import ModalTarget
 from identify.vibration.problem import Problem
 
 _KEPT = 64

@@ -8,20 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from identify.core.config_paths import relocate_measurement, relocated
+from identify.core.config_paths import relocate
 from identify.core.yaml_input import renamed, round_trip
-from identify.vibration.study import StudyFile
-
-_PATHS = (
-    ("robot", "urdf"),
-    ("robot", "dh"),
-    ("points",),
-    ("registration", "geometry"),
-    ("registration", "pairs"),
-    ("reference",),
-    ("modal_choices",),
-    ("like", "result"),
-)
+from identify.vibration.study import Study, StudyFile
 
 
 def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, float]) -> Any:
@@ -30,19 +19,7 @@ def new_study(file: StudyFile, folder: Path, what: str, values: Mapping[str, flo
     """
     data = round_trip().load(file.text)
     if file.path.parent.resolve() != folder.resolve():
-        _move(data, file.path.parent, folder)
+        relocate(Study, data, file.path.parent, folder)
     renamed(data, file.study.name, what)
     data["initial"] = {name: float(f"{value:.6g}") for name, value in values.items()}
     return data
-
-
-def _move(data: Any, old: Path, new: Path) -> None:
-    """Paths relative to one folder become relative to another."""
-    for *outer, key in _PATHS:
-        part = data
-        for name in outer:
-            part = part.get(name, {})
-        if key in part:
-            part[key] = relocated(part[key], old, new)
-    for measurement in data["measurements"]:
-        relocate_measurement(measurement, old, new)

@@ -23,7 +23,7 @@ from identify.measured.channel import Channel
 from identify.model.effects.coupling import coupled_with
 from identify.model.effects.pre_trigger import PRE_TRIGGER, valleys
 from identify.results.fit import FitResult
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem
 from identify.vibration.uncertainty import covariance_root, gap

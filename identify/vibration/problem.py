@@ -26,8 +26,7 @@ from identify.model.system import System
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.read import read_robot
-from identify.vibration.costs.make_target import Uncertain, channel_rows, frf_target
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets, Uncertain, channel_rows, frf_target
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.given import Given, read_given
 from identify.vibration.left_out import without_noise

@@ -7,7 +7,7 @@ is flat to one side, the data give only a bound (Raue et al., Bioinformatics 25,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,29 +16,16 @@ from identify.core.errors import InputError
 from identify.core.parameters import Scale
 from identify.fitting.optimizers.base import Search, minimized, parse_optimizer
 from identify.fitting.uncertainty import Uncertainty
+from identify.results.fit import ProfileCurve
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.problem import Problem
 
 _LEVEL = 3.841  # 95 % of chi-square with one degree of freedom
 
 
-@dataclass(frozen=True)
-class Profile:
-    """values (n,) of the parameter, and by how much each raises chi-square (n,), over the inflation of the
-    intervals squared.
-
-    low, high: where it crosses the 95 % level, NaN where it does not within the values.
-    """
-
-    name: str
-    values: Array
-    rise: Array
-    low: float
-    high: float
-
-
-def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, points: int = 13) -> Profile:
-    """Profile a free parameter around the optimum `best` (parameters,), 4 standard deviations either side.
+def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, points: int = 13) -> ProfileCurve:
+    """Profile a free parameter around the optimum `best` (parameters,), 4 standard deviations either side;
+    the rise of chi-square is over the inflation of the intervals squared.
 
     Needs FRFs with known noise.  An unknown or fixed parameter is an InputError.
     """
@@ -69,8 +56,7 @@ def profile(problem: Problem, best: Array, trusted: Uncertainty, name: str, poin
             if search.best_x is not None:
                 warm = search.scale.to_values(search.best_x)
     middle = points // 2
-    return Profile(
-        name,
+    return ProfileCurve(
         values,
         rise,
         _crossing(values[: middle + 1][::-1], rise[: middle + 1][::-1]),

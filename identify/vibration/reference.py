@@ -12,8 +12,7 @@ from typing import Any
 
 from identify.core.errors import InputError
 from identify.core.yaml_input import plain, read_yaml_file
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import parse_modes
+from identify.measured.modal_tables import ModalTable, parse_modes
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import (
     BeforeValidator,
-    ConfigDict,
     Field,
     ValidationError,
     ValidatorFunctionWrapHandler,
@@ -78,7 +77,6 @@ class ImpactSettings(Settings):
 class MeasurementSettings(FrfFileOptions):
     """One measurement: a file of FRFs, or a table of modes, at one posture."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
     name: str | None = Field(None, description="default: the name of the file or folder")
     file: Annotated[Path | list[Path] | None, WrapValidator(_one_or_several)] = Field(
         None,

@@ -18,7 +18,7 @@ from identify.fitting.uncertainty import Joint, Uncertainty, joint_uncertainty, 
 from identify.model.modes import complex_modes
 from identify.vibration.costs.eigenfrequency import pair_all
 from identify.vibration.costs.information import information, information_by_force
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.stated import times_as_large
 from identify.vibration.problem import Problem

@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from identify.__main__ import main
-from identify.batch.index import BatchIndex
+from identify.batch.loop import BatchIndex
 from identify.batch.run import run_batch
 from identify.cli import app
 from identify.core.errors import InputError, InputErrors

@@ -19,12 +19,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from identify.batch import cluster as cluster_module
+from identify.batch import executor as cluster_module
 from identify.batch.child import close_all, end, perform
 from identify.batch.executor import open_executor
-from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job
-from identify.batch.loop import run_jobs
+from identify.batch.loop import BatchIndex, Entry, run_jobs
 from identify.core.errors import InputError
 from identify.results.provenance import computing
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from identify.batch.homogeneity import holm, homogeneity
+from identify.batch.population import holm, homogeneity
 
 
 def _drawn(

@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from identify.batch import child as child_module
-from identify.batch import index as index_module
+from identify.batch import loop as index_module
 from identify.batch import loop as loop_module
 from identify.batch.executor import Executor, open_executor, processors
-from identify.batch.index import BatchIndex, Entry
 from identify.batch.job import Job, JobOutcome, failure
-from identify.batch.loop import run_jobs
+from identify.batch.loop import BatchIndex, Entry, run_jobs
 from identify.core.errors import InputError
 from identify.core.version import VERSION
 from identify.results.provenance import computing

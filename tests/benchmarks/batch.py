@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.batch.index import BatchIndex, Entry
+from identify.batch.loop import BatchIndex, Entry
 from identify.batch.run import run_batch
 from identify.map.asked import MapOptions
 from identify.map.posture_map import map_postures

@@ -23,7 +23,7 @@ from identify.core.parameters import Scale
 from identify.fitting.optimizers.base import Search, parse_optimizer
 from identify.measured.noise import noise_std
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.problem import Problem, load_problem
 from identify.vibration.study import read_study

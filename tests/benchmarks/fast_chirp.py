@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from identify.core.errors import InputError
 from identify.fitting.fit import Fit, fit
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.pairing import pair
 from identify.vibration.costs.target import FrfTarget

@@ -24,7 +24,7 @@ from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
 from identify.model.frf import frf
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from tests.arms import arm, initial, system
 

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from identify.fitting.fit import Fit, fit
 from identify.measured.geometry import displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import analyse
 from identify.model.geometry import sensor_geometry
 from identify.model.modes import complex_modes

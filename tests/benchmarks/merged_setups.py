@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.settings import ModalSettings
 from identify.modal.setups.result import pooled

@@ -23,7 +23,7 @@ import numpy as np
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import analyse
 from identify.modal.pairing import PairSettings, pair
 from identify.modal.settings import ModalSettings

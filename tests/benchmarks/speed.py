@@ -39,7 +39,7 @@ from identify.results.fit import FitResult
 from identify.vibration.costs import information
 from identify.vibration.costs.base import parse_cost
 from identify.vibration.costs.frf_least_squares import FrfLeastSquares
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.fitted_model import fitted_model, tool_point
 from identify.vibration.problem import load_problem
 from identify.vibration.study import read_study

@@ -11,8 +11,7 @@ import pytest
 from identify.core.atomic import locked, remove_asides, write_atomically
 from identify.core.errors import InputError
 from identify.core.part_file import DamagedPart, PartFile
-from identify.fitting.journal import Journal
-from identify.fitting.memory import Memory
+from identify.fitting.memory import Journal, Memory
 
 RECORDS = [b"first", b"", b"third " * 50, b"last"]
 

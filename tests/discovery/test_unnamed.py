@@ -22,7 +22,7 @@ from identify.discovery.unnamed import _left_open, left_open
 from identify.discovery.workers import Workers
 from identify.fitting.uncertainty import Uncertainty
 from identify.model.effects.joint_compliance import JointCompliance
-from identify.model.effects.joint_friction import JointFriction
+from identify.model.effects.nonlinear import JointFriction
 from identify.vibration.intervals import with_left_open
 from identify.vibration.problem import Problem, load_problem, with_effects
 from identify.vibration.study import read_study

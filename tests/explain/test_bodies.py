@@ -12,8 +12,7 @@ import pinocchio as pin
 import pytest
 
 from identify.explain.body_errors import with_body_errors
-from identify.explain.effects.gravity_balancer import GravityBalancer
-from identify.explain.effects.rigid_body import PayloadMass
+from identify.explain.effects.rigid_body import GravityBalancer, PayloadMass
 from identify.explain.intervals import intervals
 from identify.explain.problem import scene_of, torque_problem
 from identify.explain.regression import solve

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from identify.explain.effects.friction import ViscousFriction
-from identify.explain.effects.torque_ripple import TorqueRipple
+from identify.explain.effects.harmonics import TorqueRipple
 from identify.explain.gain import record_gain
 from identify.explain.regression import RegressionProblem, solve
 from identify.explain.run import run_explain

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.explain.effects.sensor_latency import SensorLatency
+from identify.explain.effects.joint_stiffness import SensorLatency
 from identify.explain.regression import Datum, aligned, solve
 from identify.explain.run import run_explain
 from identify.explain.workbench import rms

@@ -15,10 +15,9 @@ import scipy
 
 from identify.core.correlated import log_likelihood_gain, white_level
 from identify.explain import stages
+from identify.explain.effects.friction import TorqueConstant
+from identify.explain.effects.harmonics import AngularTransmissionError, TorqueRipple
 from identify.explain.effects.motor_coupling import RotorInertia
-from identify.explain.effects.torque_ripple import TorqueRipple
-from identify.explain.effects.torque_sensing import TorqueConstant
-from identify.explain.effects.transmission_error import AngularTransmissionError
 from identify.explain.evaluate import resonance_warnings
 from identify.explain.regression import solve
 from identify.explain.run import run_explain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identify.explain.effects.sensor_latency import SensorLatency
+from identify.explain.effects.joint_stiffness import SensorLatency
 from identify.explain.problem import curved
 from identify.explain.regression import solve
 from tests.explain.moved import moved, problem

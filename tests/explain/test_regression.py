@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from identify.explain.effects.friction import CoulombFriction, StribeckFriction, ViscousFriction
-from identify.explain.effects.transmission_error import AngularTransmissionError
+from identify.explain.effects.harmonics import AngularTransmissionError
 from identify.explain.evaluate import intervals
 from identify.explain.gain import record_gain
 from identify.explain.regression import jacobian, solve

@@ -12,7 +12,7 @@ import pytest
 from identify.core.part_file import PartFile
 from identify.core.threads import one_thread
 from identify.fitting.fit import Fit, Progress, fit
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.fitting.plan import FitPlan
 from identify.fitting.processes import Processes
 from identify.vibration.plan import fit_plan

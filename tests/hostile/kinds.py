@@ -22,8 +22,7 @@ from identify.joints.study import read_joint_study
 from identify.machining.tool import read_tool
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import load_frf_set, load_time_history
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import read_modal_table, write_modal_table
+from identify.measured.modal_tables import ModalTable, read_modal_table, write_modal_table
 from identify.measured.quality import check
 from identify.measured.record_files import RecordFile
 from identify.measured.uff.write import write_uff58

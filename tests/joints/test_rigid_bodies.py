@@ -15,7 +15,7 @@ import pytest
 from identify.core.errors import InputError, InputErrors
 from identify.joints.base import parse_curve
 from identify.joints.base_set import parameters_of, pseudo_inertia_basis
-from identify.joints.consistent import ConsistentFit
+from identify.joints.rigid_bodies import ConsistentFit
 from identify.joints.run import run_joints
 from identify.robot.description import Link, Robot
 from identify.robot.engine import Engine

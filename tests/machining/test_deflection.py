@@ -14,9 +14,8 @@ import identify
 from identify.cli import app
 from identify.core.errors import InputError
 from identify.machining.engagement import Engagement
-from identify.machining.force import mean_force
 from identify.machining.materials import Coefficients
-from identify.machining.run_deflection import Load, run_deflection
+from identify.machining.run_deflection import Load, mean_force, run_deflection
 from identify.results import file as result_file
 from identify.results.deflection import DeflectionResult
 from identify.results.fit import FitResult

@@ -10,13 +10,12 @@ import pytest
 import scipy
 
 from identify.core.errors import InputError
-from identify.measured import bag
+from identify.measured import record_files
 from identify.measured.channel import Channel
 from identify.measured.frf_records import FrfFileOptions
 from identify.measured.frf_set import FrfSet
-from identify.measured.local_polynomial import frf_local_polynomial
 from identify.measured.log_file import read_log
-from identify.measured.periodic import frf_from_periods
+from identify.measured.periodic import frf_from_periods, frf_local_polynomial
 from identify.measured.source import Estimation, read_source, unheld
 from identify.measured.time_history import TimeHistory
 
@@ -284,6 +283,6 @@ def test_what_a_bag_does_not_have_is_said(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "cut.mcap").write_bytes(b"\x89MCAP0\r\n" + bytes(200))
     with pytest.raises(InputError, match=r"cut\.mcap"):
         read_log(tmp_path / "cut.mcap", BAG, None)
-    monkeypatch.setattr(bag, "find_spec", lambda name: None)
+    monkeypatch.setattr(record_files, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"robot-identify\[ros\]"):
         read_log(tmp_path / "run", BAG, None)

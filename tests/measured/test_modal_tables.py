@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
-from identify.measured.modal_table import ModalTable
-from identify.measured.modal_tables import parse_modes, read_modal_table, write_modal_table
+from identify.measured.modal_tables import ModalTable, parse_modes, read_modal_table, write_modal_table
 
 YAML = """# the TX200 of Table 1
 modes:

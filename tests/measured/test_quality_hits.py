@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.measured.channel import Channel
-from identify.measured.quality_hits import clipped, hit_findings, second_hit
+from identify.measured.hits import clipped, hit_findings, second_hit
 from identify.measured.time_history import TimeHistory
 from tests.measured.simulate import SAMPLE_RATE_HZ, half_sine, hammer_test, random_structure, response
 

@@ -12,7 +12,7 @@ from identify.measured.finding import Finding
 from identify.measured.frf_set import FrfSet
 from identify.measured.loaders import FrfFileOptions, load_frf_set
 from identify.measured.quality import check
-from identify.reports.show import print_findings
+from identify.reports.kinds import print_findings
 
 DATA = Path(__file__).parents[2] / "data"
 CLEAN = [DATA / name / f"posture{n}.uff" for name in ("arm_hammer_test", "umons_open") for n in (1, 2, 3)]

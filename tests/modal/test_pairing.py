@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.measured.channel import Channel
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.pairing import PairSettings, pair
 
 CHANNELS = tuple(Channel(node, direction) for node in (1, 2, 3) for direction in (1, 3))

@@ -10,7 +10,7 @@ import pytest
 
 from identify.core.errors import InputError
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.mac import mac
 from identify.modal.settings import ModalSettings
 from identify.modal.setups import run
@@ -73,7 +73,7 @@ def test_what_a_mass_does_is_taken_out_and_the_mass_told() -> None:
     assert table.damping_ratio == pytest.approx(DAMPING, rel=0.02)
     assert said.merged.kg == pytest.approx(KG, rel=0.03)
     assert said.merged.kg_std < 0.1 * KG
-    assert found.scaling.mass_normalised, "a sensor came to where the force was"
+    assert found.table.modal_mass_kg is not None, "a sensor came to where the force was"
     assert table.shapes == pytest.approx(
         SHAPES * np.sign(SHAPES[:, [1]] * table.shapes[:, [1]].real), abs=0.02
     )

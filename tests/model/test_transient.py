@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from identify.model.effects.hardening_stiffness import CubicSpring
-from identify.model.effects.joint_friction import StickingFriction
+from identify.model.effects.nonlinear import CubicSpring, StickingFriction
 from identify.model.effects.torque_law import TorqueLaw
 from identify.model.transient import AttachedTorque, Impact, Models, Response, simulate
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from identify.core.errors import InputError
 from identify.core.part_file import PartFile
 from identify.fitting.fit import Progress
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.motion.run import run_motion_fit, run_simulation
 from identify.motion.trajectory import TrajectoryObjective
 from identify.reports.write import write_reports

@@ -16,11 +16,10 @@ from identify.fitting.fit import Fit
 from identify.motion.changed import coarse, with_effects, with_numbers
 from identify.motion.judging import FittedMotion
 from identify.motion.missing import screen
-from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.catalogue import Kind, log_prior
 from identify.motion.missing.linear import Place, Sight, solutions
 from identify.motion.missing.new_config import study_text
 from identify.motion.missing.noise import with_noise
-from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import promises
 from identify.motion.missing.springs import SpringKind, rigid
 from identify.motion.missing.worth import worth

@@ -51,7 +51,7 @@ def stiffness(folder: Path, period_s: float, position_every: int) -> tuple[Array
 
 
 def continuous(f: Array) -> Complex:
-    """z(s) of `identify.model.effects.servo`."""
+    """z(s) of `identify.model.effects.geared`."""
     s = 2j * np.pi * f
     return np.asarray(GAIN * (s + POSITION) * (s + INTEGRAL) / s * CURRENT / (s + CURRENT))
 

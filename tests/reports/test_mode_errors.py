@@ -7,8 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.reports.shared.measurement_tables import frf_table
-from identify.reports.shared.mode_errors import amplitude_tables, magnitude_errors, mode_error_table
+from identify.reports.shared.measurement_tables import (
+    amplitude_tables,
+    frf_table,
+    magnitude_errors,
+    mode_error_table,
+)
 from identify.results.fit import MeasurementResult, ModePairs
 from tests.reports.sample import frf_result
 

@@ -10,8 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from identify.reports.kit.figures import plain_powers, style, svg
-from identify.reports.kit.small_panels import ticks
 from identify.reports.outcome import Result
+from identify.reports.shared.frf_figure import ticks
 from tests.reports.sample import frf_result
 
 NAME = r"m $\undefined{$ b"

@@ -9,7 +9,7 @@ import pytest
 
 from identify.reports.fit import tables
 from identify.reports.kit.cells import NONE, Table
-from identify.reports.kit.settings import provenance_table
+from identify.reports.kit.report import provenance_table
 from identify.reports.shared import measurement_tables
 from identify.reports.shared.parameters import parameter_table
 from identify.results.fit import FitResult

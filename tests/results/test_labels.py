@@ -20,8 +20,9 @@ import pytest
 import xarray
 
 import identify
-from identify.core.analyses import OF_KIND, load
+from identify.core.analyses import OF_KIND
 from identify.core.errors import InputError
+from identify.core.registry import load
 from identify.reports.kinds import read_any
 from identify.reports.outcome import Result
 from identify.results import file as result_file

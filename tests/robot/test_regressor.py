@@ -10,8 +10,7 @@ import pinocchio
 import pytest
 
 from identify.robot.description import Link
-from identify.robot.inverse_dynamics import RigidArm
-from identify.robot.regressor import NAMES, link_columns
+from identify.robot.inverse_dynamics import NAMES, RigidArm, link_columns
 from identify.robot.urdf import read_urdf
 from tests.generator import joint_runs
 from tests.joints.test_base_parameters import described

@@ -242,7 +242,6 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         uncertainty(problem.targets(), scale, values, disagreement=every) for every in (True, False)
     )
     row = [problem.parameters[n].name for n in scale.free].index(name)
-    assert found.joint is not None
     wider = found.std[row] / plain.std[row]
     said = [note for note in found.notes if "the forces of the postures disagree" in note]
     if apart:
@@ -251,7 +250,6 @@ def test_forces_that_disagree_about_a_stiffness_widen_its_interval(
         assert "most about joint" in said[0]
     else:
         assert wider < 1.5
-        assert np.mean(found.joint.widening) < 1.5
         assert said == []
 
 

@@ -14,11 +14,11 @@ from scipy.signal import lfilter
 
 from identify.core.parameters import Parameter, Scale
 from identify.fitting.uncertainty import joint_uncertainty
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.model.effects.base import parse_effect
 from identify.model.modes import complex_modes
 from identify.model.system import assemble, build_site, list_parameters
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.uncertainty import _joint_disagreement, _wider, score_variance, uncertainty
 from tests.arms import arm, initial

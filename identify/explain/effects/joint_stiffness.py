@@ -5,11 +5,17 @@ Where the torque is that of the links' accelerations, these are differentiated t
 difference of two positions as they were recorded.  So the errors are those of the torque, and what is left is
 made orthogonal to the deflection: the stiffness is that of torque = k d by least squares, which noise of the
 accelerations does not make larger, whatever `lowpass_hz` lets through of it.
+
+Play of a joint: backlash goes with the sign of the torque in the gear, lost motion with the direction of
+travel.
+
+The link-side encoder is read later than the motor-side one: a moving joint looks deflected by speed times
+latency.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import ClassVar, Self
 
 import numpy as np
@@ -105,3 +111,66 @@ class HardeningStiffness(_Spring):
         u = scene.load[:, self.axis - 1] / parameters[0]
         root = np.cbrt(np.abs(u) / 2 + np.sqrt(u**2 / 4 + 1 / 27))
         return scene.on(self.axis, parameters[0] * np.sign(u) * (root - 1 / (3 * root)))
+
+
+_SMOOTH = 0.004
+"""Share of the largest torque over which the flank changes."""
+
+
+class Backlash(MotionEffect):
+    """The motor side leads by half the backlash on the flank that carries the torque."""
+
+    kind: ClassVar[str] = "backlash"
+    says: ClassVar[str] = "backlash of joint {axis}: the deflection jumps where the torque changes its sign"
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("half width", "rad"),)
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Sign of the torque in the gear."""
+        load = scene.load[:, self.axis - 1]
+        return scene.on(self.axis, np.tanh(load / max(_SMOOTH * float(np.abs(load).max()), 1e-12)))
+
+
+class LostMotion(MotionEffect):
+    """The motor side leads by half the lost motion in the direction of travel: friction behind the gear's
+    compliance, or hysteresis.
+    """
+
+    kind: ClassVar[str] = "lost-motion"
+    says: ClassVar[str] = (
+        "lost motion (hysteresis) of joint {axis}: the deflection jumps where the direction of travel changes"
+    )
+    positive: ClassVar[bool] = True
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("half width", "rad"),)
+
+    def humbler(self, scene: RecordedMotion) -> Sequence[Sequence[MotionEffect]]:
+        """A damper in the gear, which holds back whichever way it is bent."""
+        return ((DampedCompliance(self.axis),),) if scene.deflection is not None else ()
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Direction of travel, which a standing joint keeps."""
+        speed = scene.travel[:, self.axis - 1]
+        moving = np.abs(speed) > scene.slow
+        last = np.maximum.accumulate(np.where(moving, np.arange(len(speed)), -1))
+        return scene.on(self.axis, np.where(last >= 0, np.sign(speed[last]), 0.0))
+
+
+class SensorLatency(MotionEffect):
+    """Latency of the link-side reading against the motor-side one."""
+
+    kind: ClassVar[str] = "sensor-latency"
+    says: ClassVar[str] = (
+        "latency of the link-side sensor of joint {axis} (deflection in proportion to speed)"
+    )
+    target: ClassVar[Target] = "deflection"
+    coefficients = (Coefficient("latency", "s"),)
+
+    def reading(self, values: Array) -> str:
+        """Milliseconds."""
+        return f"{1e3 * values[0]:.3g} ms"
+
+    def columns(self, scene: RecordedMotion, parameters: Array) -> Array:
+        """Speed of the link."""
+        return scene.of_joint(self.axis, scene.link_velocity[:, self.axis - 1])

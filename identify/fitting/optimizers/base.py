@@ -21,7 +21,7 @@ from identify.core.interruption import check
 from identify.core.parameters import Scale
 from identify.core.plugin import PluginError, name_of
 from identify.core.registry import Registry, parse_kind
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.fitting.objective import Objective, compressed
 
 OPTIMIZERS = Registry(
@@ -198,7 +198,5 @@ def parse_optimizer(data: Any) -> Optimizer:
     """An optimizer from its name or mapping in the config; raises ValueError for pydantic to report with its
     key.
     """
-    if isinstance(data, Optimizer):
-        return data
     optimizer: Optimizer = parse_kind(OPTIMIZERS, {"kind": data} if isinstance(data, str) else data)
     return optimizer

@@ -47,7 +47,6 @@ class Record58:
     function: int
     ends: tuple[int, int, int, int]
     x: Array
-    even: bool
     values: Array | Complex
     abscissa: Axis
     ordinate: Axis
@@ -151,7 +150,6 @@ def _record58(cursor: Cursor, binary_head: str) -> Record58:
         function=function,
         ends=ends,
         x=x,
-        even=form.even,
         values=table[:, 0] + 1j * table[:, 1] if form.complex else table[:, 0].copy(),
         abscissa=_axis(header[7], where),
         ordinate=_axis(header[8], where),

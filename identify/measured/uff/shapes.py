@@ -21,7 +21,7 @@ from identify.core.files import sha256_of
 from identify.core.text import count
 from identify.measured.channel import Channel
 from identify.measured.geometry import MeasuredGeometry
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.uff.blocks import Block, blocks
 from identify.measured.uff.geometry import geometry_text, reals_text
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex
 from identify.core.errors import InputError
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.measured.time_history import TimeHistory
 from identify.modal.analysis import check_by_hand
 from identify.modal.layout import Layout, cmif
@@ -112,7 +112,7 @@ def analyse(
     strict = settings.model_copy(update={"refine": False, "residuals": ("upper",), "min_contribution": least})
     by_hand = settings.modes_hz is not None
     rarest = 0.0 if by_hand or settings.keep_hz else settings.min_presence / 2
-    accepted, turned_down = select(candidates(diagram, rarest), layout, strict)
+    accepted, turned_down = select(candidates(diagram, rarest), strict)
     accepted, harmonic = (accepted, []) if by_hand else _set_aside(accepted, found)
     verified, scatter = _determined(unrefined(accepted, layout, strict), whole, rows, diagram, by_hand)
     rejected = sorted([*turned_down, *harmonic, *verified.rejected], key=lambda c: c.frequency_hz)

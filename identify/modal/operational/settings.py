@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
+
+from identify.core.config import Settings
 
 
-class OperationalSettings(BaseModel):
+class OperationalSettings(Settings):
     """Settings of `identify.modal.operational.analysis.analyse`; unknown keys are refused."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     speeds_rpm: tuple[float, ...] = Field(
         (), description="speeds of what turns, 1/min: their multiples are no modes"

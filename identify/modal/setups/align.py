@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identify.core.arrays import Array, Index
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.mac import macx
 from identify.modal.pairing import assign, common_channels
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Index, Mask
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import ModalAnalysis
 from identify.modal.mac import as_real
 from identify.modal.setups import loading

@@ -30,7 +30,7 @@ MEDIAN = 1.4826
 class Loading:
     """Modes (m,) without the sensors: omega, rad/s, and its standard deviation; load (m,), of the square of a
     shape as it is scaled, and its standard deviation: 1 / omega^2 rises by that part where masses move;
-    predicted (m, setups): omega with the sensors of each; error: part of a shift that stays unexplained.
+    predicted (m, setups): omega with the sensors of each.
     """
 
     omega: Array
@@ -38,7 +38,6 @@ class Loading:
     load: Array
     load_std: Array
     predicted: Array
-    error: float
 
 
 def loaded(omega: Array, moved: Sequence[Array]) -> tuple[Array, Array]:
@@ -101,7 +100,7 @@ def explained(
     count = known.sum(axis=1)
     off = np.sum(np.where(known, omega - there, 0.0) ** 2, axis=1)
     rest = np.sqrt(off / np.maximum(count - 2, 1))
-    return Loading(base, np.hypot(spread[0], rest), load / unit, spread[1] / unit, there, error)
+    return Loading(base, np.hypot(spread[0], rest), load / unit, spread[1] / unit, there)
 
 
 def _lines(

@@ -10,18 +10,17 @@ import numpy as np
 
 from identify.core.arrays import Array, Complex, Mask
 from identify.measured.frf_set import POWER, FrfSet
-from identify.measured.modal_table import ModalTable
-from identify.modal.analysis import ModalAnalysis, synthesis_error
-from identify.modal.layout import Layout, cmif
+from identify.measured.modal_tables import ModalTable
+from identify.modal.analysis import ModalAnalysis
+from identify.modal.layout import Layout
 from identify.modal.lsfd import ModalModel
-from identify.modal.mac import mpc, mpd
 from identify.modal.reasons import Why, because
 from identify.modal.scaling import reciprocity, scale
 from identify.modal.selection import Candidate
 from identify.modal.setups.analysis import Merged
 from identify.modal.setups.residues import Grid
 from identify.modal.stabilisation import Diagram
-from identify.modal.window import frequency_and_damping, seen_through
+from identify.modal.window import frequency_and_damping
 
 
 def pooled(sets: Sequence[FrfSet], source: str = "", sha256: str = "") -> FrfSet:
@@ -65,33 +64,23 @@ def as_analysis(
     if layout.transposed:
         model = replace(model, participation=model.shapes, shapes=model.participation)
         rebuilt = rebuilt.transpose(0, 2, 1)
-    scaling = scale(model, layout)
+    shapes, mass_normalised = scale(model, layout)
     frequency, damping = frequency_and_damping(model.poles)
-    seen_frequency, seen_damping = frequency_and_damping(seen_through(model.poles, layout.decay))
-    error, total = synthesis_error(layout.frf, rebuilt)
     std = merged.frequency_std_hz[inside], merged.damping_std[inside]
-    mass = np.ones(len(model)) if scaling.mass_normalised else None
+    mass = np.ones(len(model)) if mass_normalised else None
     none = np.zeros(0, dtype=int)
     return ModalAnalysis(
         table=ModalTable(
-            frequency, damping, layout.responses, scaling.shapes, *std, mass, None, data.source, data.sha256
+            frequency, damping, layout.responses, shapes, *std, mass, None, data.source, data.sha256
         ),
         model=model,
         outside=ModalModel(model.poles[none], model.participation[none], model.shapes[none], {}),
-        scaling=scaling,
         modes=tuple(_candidate(merged, r, found) for r in rows),
         rejected=tuple(_rejected(merged, inside, names, found)),
         diagram=_diagram([one.diagram for one in found]),
         layout=layout,
         settings=found[0].settings,
-        seen_frequency_hz=seen_frequency,
-        seen_damping_ratio=seen_damping,
-        mpc=mpc(scaling.shapes),
-        mpd=mpd(scaling.shapes),
         synthesised=rebuilt,
-        synthesis_error=error,
-        total_error=total,
-        mode_indicator=_indicator(layout),
         reciprocity=reciprocity(data),
         bands_hz=found[0].bands_hz,
         by_noise=np.array([_by_noise(merged, r, found) for r in rows], dtype=np.bool_),
@@ -127,13 +116,6 @@ def _rebuilt(grid: Grid, found: Sequence[ModalAnalysis]) -> Complex:
         frf = one.synthesised[np.isin(one.layout.frequency_hz, lines)]
         own.append(frf.transpose(0, 2, 1) if one.layout.transposed else frf)
     return _spread(grid, own)
-
-
-def _indicator(layout: Layout) -> Array:
-    """CMIF of the responses that every force was measured with; of magnitudes where there is none."""
-    if layout.complete.any():
-        return cmif(layout)
-    return np.asarray(np.sqrt(np.nansum(np.abs(layout.frf) ** 2, axis=(1, 2))))[:, None]
 
 
 def _candidate(merged: Merged, r: int, found: Sequence[ModalAnalysis]) -> Candidate:

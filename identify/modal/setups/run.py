@@ -15,7 +15,7 @@ from identify.core.interruption import check
 from identify.core.text import listed
 from identify.measured.common_lines import common_axis
 from identify.measured.frf_set import FrfSet
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.analysis import ModalAnalysis, analyse
 from identify.modal.selection import MANUAL_REACH
 from identify.modal.settings import ModalSettings

@@ -39,20 +39,20 @@ EFFECTS = Registry(
         "channel-polarity": "identify.model.effects.channel_polarity:ChannelPolarity",
         "channel-swap": "identify.model.effects.channel_swap:ChannelSwap",
         "frf-gain": "identify.model.effects.frf_gain:FrfGain",
-        "hardening-stiffness": "identify.model.effects.hardening_stiffness:HardeningStiffness",
+        "hardening-stiffness": "identify.model.effects.nonlinear:HardeningStiffness",
         "hysteretic-damping": "identify.model.effects.hysteretic_damping:HystereticDamping",
         "joint-compliance": "identify.model.effects.joint_compliance:JointCompliance",
-        "joint-friction": "identify.model.effects.joint_friction:JointFriction",
+        "joint-friction": "identify.model.effects.nonlinear:JointFriction",
         "joint-relaxation": "identify.model.effects.joint_relaxation:JointRelaxation",
         "link-flexibility": "identify.model.effects.link_flexibility:LinkFlexibility",
         "load-cell": "identify.model.effects.load_cell:LoadCell",
         "measured-impedance": "identify.model.effects.measured_impedance:MeasuredImpedance",
         "mount-compliance": "identify.model.effects.mount_compliance:MountCompliance",
-        "rotor-inertia": "identify.model.effects.rotor_inertia:RotorInertia",
+        "rotor-inertia": "identify.model.effects.geared:RotorInertia",
         "sensor-matrix": "identify.model.effects.sensor_matrix:SensorMatrix",
         "sensor-mass": "identify.model.effects.sensor_mass:SensorMass",
         "sensor-rotation": "identify.model.effects.sensor_rotation:SensorRotation",
-        "servo": "identify.model.effects.servo:Servo",
+        "servo": "identify.model.effects.geared:Servo",
         "spring-to-ground": "identify.model.effects.spring_to_ground:SpringToGround",
         "time-delay": "identify.model.effects.time_delay:TimeDelay",
         "pre-trigger": "identify.model.effects.pre_trigger:PreTrigger",
@@ -222,8 +222,6 @@ def parse_effect(data: Any) -> Effect:
     """An effect from its mapping in the config, by `kind`; raises ValueError for pydantic to report with its
     key.
     """
-    if isinstance(data, Effect):
-        return data
     effect: Effect = parse_kind(EFFECTS, data)
     return effect
 

@@ -16,11 +16,10 @@ from identify.fitting.selection.policy import Policy
 from identify.fitting.selection.workbench import Attempt, Story
 from identify.motion.changed import coarse, resolved, with_numbers
 from identify.motion.judging import FittedMotion, JudgingRecords, free_parameters
-from identify.motion.missing.catalogue import Kind, acts
+from identify.motion.missing.catalogue import Kind, acts, log_prior
 from identify.motion.missing.instead import instead
 from identify.motion.missing.linear import Place, effect_of
 from identify.motion.missing.long_steps import LongSteps, changed, foreseen
-from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import Lanes, Promise, look, promises
 from identify.motion.missing.springs import SpringKind
 from identify.motion.missing.worth import ENOUGH, needed, worth

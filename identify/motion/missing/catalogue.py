@@ -1,5 +1,7 @@
 """Everything that may be missing from a model of motion, or may not be as stated, each as numbers of the
 simulator that are zero or as the study says, or as springs that are rigid.
+
+What is believed of amplitudes before any data.
 """
 
 from __future__ import annotations
@@ -12,9 +14,21 @@ import numpy as np
 from identify.core.arrays import Array
 from identify.core.text import listed
 from identify.motion.bodies import LIGHTEST
+from identify.motion.missing.springs import SpringKind
 from identify.motion.numbers import JointNumber
 from identify.motion.problem import MotionProblem
 from identify.motion.study import MotionCandidate
+
+
+def log_prior(kind: Kind | SpringKind, places: Sequence[int], values: Mapping[str, float]) -> float:
+    """How much less likely amplitudes of a kind at some of its places are before any data than ones of
+    nothing, natural logarithm, at values by name.
+
+    A Cauchy prior as wide as what is usual (Jeffreys, Theory of Probability, 1961, section 5.2): where
+    records cannot tell effects apart, such as a rotor and the first body of an arm, the usual one is named.
+    """
+    return -sum(float(np.sum(np.log1p(kind.away(values, place) ** 2))) for place in places)
+
 
 OFF = 100.0
 """Bounds: of an amplitude, over its size; of a number that is not as stated, a factor either way."""

@@ -14,9 +14,8 @@ import numpy as np
 
 from identify.core.parameters import Scale
 from identify.motion.judging import FittedMotion
-from identify.motion.missing.catalogue import Kind
+from identify.motion.missing.catalogue import Kind, log_prior
 from identify.motion.missing.linear import Place, solutions
-from identify.motion.missing.prior import log_prior
 from identify.motion.missing.screen import Promise, distinct, promise, sight_of
 from identify.motion.missing.springs import SpringKind
 from identify.motion.missing.worth import own_of

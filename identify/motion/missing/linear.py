@@ -11,8 +11,7 @@ import numpy as np
 import scipy
 
 from identify.core.arrays import Array
-from identify.motion.missing.catalogue import OFF, Kind
-from identify.motion.missing.prior import log_prior
+from identify.motion.missing.catalogue import OFF, Kind, log_prior
 from identify.motion.missing.springs import SpringKind
 from identify.motion.study import MotionCandidate
 

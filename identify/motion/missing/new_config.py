@@ -11,11 +11,12 @@ from typing import Any
 from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
 from identify.core.arrays import Array
-from identify.core.config_paths import relocated
+from identify.core.config_paths import relocate
 from identify.core.yaml_input import flat, in_one_line, renamed, round_trip, yaml_text
 from identify.motion.friction import FrictionSettings
 from identify.motion.links import damping_of, parts
 from identify.motion.problem import MotionProblem, sections_of
+from identify.motion.study import MotionStudy
 
 _WHAT = "discovered"
 _OTHERS = ("candidates", "optimizer", "starts")
@@ -27,7 +28,7 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     file = problem.file
     data = round_trip().load(file.text)
     if file.path.parent.resolve() != folder.resolve():
-        _move(data, file.path.parent, folder)
+        relocate(MotionStudy, data, file.path.parent, folder)
     renamed(data, file.study.name, _WHAT)
     for key in _OTHERS:
         data.pop(key, None)
@@ -39,19 +40,6 @@ def study_text(problem: MotionProblem, values: Array, folder: Path) -> str:
     _law(data, problem)
     _told(data, problem)
     return yaml_text(data)
-
-
-def _move(data: Any, old: Path, new: Path) -> None:
-    """Paths relative to one folder become relative to another."""
-    for key in ("urdf", "dh"):
-        if key in data["robot"]:
-            data["robot"][key] = relocated(data["robot"][key], old, new)
-    moved = set[int]()
-    for record in data["records"]:
-        measured = record.get("measured")
-        if measured is not None and id(measured) not in moved:
-            measured["file"] = relocated(measured["file"], old, new)
-            moved.add(id(measured))
 
 
 def _springs(data: Any, problem: MotionProblem, told: Mapping[str, float]) -> None:

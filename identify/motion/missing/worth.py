@@ -11,8 +11,7 @@ from identify.core.parameters import Scale
 from identify.core.thresholds import CONVINCING
 from identify.fitting.selection.gain import Gain, Rule
 from identify.motion.judging import FittedMotion
-from identify.motion.missing.catalogue import Kind
-from identify.motion.missing.prior import log_prior
+from identify.motion.missing.catalogue import Kind, log_prior
 from identify.motion.missing.screen import independent
 from identify.motion.missing.springs import SpringKind
 

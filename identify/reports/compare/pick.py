@@ -9,7 +9,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.measured.channel import Channel
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modal.mac import macx
 from identify.modal.pairing import pair
 from identify.reports.shared.figures import Mac

@@ -29,7 +29,7 @@ from identify.reports.kit.report import (
 )
 from identify.reports.shared import data, measurement_tables, robot_figure
 from identify.reports.shared.figures import pair_mac
-from identify.reports.shared.mode_errors import amplitude_tables, magnitude_errors, mode_error_table
+from identify.reports.shared.measurement_tables import amplitude_tables, magnitude_errors, mode_error_table
 from identify.reports.shared.page_data import channels, measurement_data
 from identify.reports.shared.parameters import (
     PARAMETERS_TERMINAL,

@@ -11,7 +11,7 @@ from rich.console import Console
 from identify.core.arrays import Array
 from identify.core.atomic import write_atomically
 from identify.core.errors import InputError
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.modes.compare_shapes import ShapeComparison
 from identify.reports.kit import plotting as mpl
 from identify.reports.kit.cells import Column, Table, digits, number, percent, signed, whole, words

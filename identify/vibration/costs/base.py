@@ -8,13 +8,14 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from identify.core.arrays import Array, Index
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.core.registry import Registry, parse_kind
 from identify.fitting.objective import Objective
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 COSTS = Registry(
@@ -30,10 +31,9 @@ COSTS = Registry(
 )
 
 
-class Cost(BaseModel, ABC):
+class Cost(Settings, ABC):
     """Settings of a cost as written in the config."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     kind: str = Field(description="which cost")
 
     @abstractmethod
@@ -114,7 +114,5 @@ def parse_cost(data: Any) -> Cost:
     """A cost from its name or mapping in the config; raises ValueError for pydantic to report with its
     key.
     """
-    if isinstance(data, Cost):
-        return data
     cost: Cost = parse_kind(COSTS, {"kind": data} if isinstance(data, str) else data)
     return cost

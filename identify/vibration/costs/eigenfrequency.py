@@ -8,23 +8,23 @@ from typing import Literal
 
 import numpy as np
 import scipy
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from identify.core.arrays import Array, Index
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.modal.mac import macx
 from identify.model.modes import ComplexModes, complex_modes
 from identify.vibration.costs.base import Cost
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets
 
 
-class Condition(BaseModel):
+class Condition(Settings):
     """A bound on the frequency of a model mode, counted from 1 in order of frequency; what is missing to it
     adds to J in Hz.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     mode: int = Field(ge=1, description="number of the mode")
     above_hz: float = Field(0.0, description="its frequency must be at least this")
     below_hz: float = Field(float("inf"), description="its frequency must be at most this")

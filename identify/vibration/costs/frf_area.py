@@ -10,7 +10,7 @@ from pydantic import Field
 from identify.core.arrays import Array, Complex, Index, logarithm
 from identify.fitting.objective import Objective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 _DECIBEL = 20 / np.log(10)

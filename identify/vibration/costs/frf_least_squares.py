@@ -20,7 +20,7 @@ from identify.core.arrays import Array, Complex, Index, logarithm, real_product
 from identify.fitting.objective import Objective, ProductObjective
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
 from identify.vibration.costs.information import Rows, bend, by_lines, each_set, over_noise, rows_of, weights
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 LOG_FLOOR = 0.1

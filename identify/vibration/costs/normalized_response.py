@@ -10,21 +10,21 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
 from identify.core.arrays import Array, Index
+from identify.core.config import Settings
 from identify.core.errors import InputError
 from identify.fitting.objective import Objective
 from identify.measured.channel import Channel
 from identify.vibration.costs.base import Cost, FrfObjective, real_rows
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 
 
-class ResonanceWeights(BaseModel):
+class ResonanceWeights(Settings):
     """W(f) = 1 + (height - 1) sum over modes of exp(-(f - f_mode)^2 / 2 width^2)."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
     modes_hz: list[float] = Field(min_length=1, description="where the weight peaks, Hz")
     width_hz: float = Field(1.0, gt=0, description="standard deviation of each bell, Hz")
     height: float = Field(5.0, ge=1, description="weight at a mode; 1 elsewhere")

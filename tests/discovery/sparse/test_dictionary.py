@@ -9,7 +9,7 @@ import pytest
 
 from identify.discovery.sparse.dictionary import _shapes, _there
 from identify.model.effects.appended_resonator import AppendedResonator
-from identify.model.effects.rotor_inertia import RotorInertia
+from identify.model.effects.geared import RotorInertia
 from identify.vibration.problem import load_problem, systems_with
 from identify.vibration.study import read_study
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identify.explain.effects.gravity_balancer import BalancerPreload, GravityBalancer
+from identify.explain.effects.rigid_body import BalancerPreload, GravityBalancer
 from tests.explain.moved import RATIO, moved
 
 

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identify.explain.effects.harmonics import late, strongest_orders
-from identify.explain.effects.transmission_error import EncoderEccentricity
+from identify.explain.effects.harmonics import EncoderEccentricity, late, strongest_orders
 from identify.explain.regression import solve
 from identify.explain.run import run_explain
 from tests.explain.moved import moved, problem

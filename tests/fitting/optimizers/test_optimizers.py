@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from identify.core.parameters import Parameter, Scale
 from identify.core.part_file import PartFile
-from identify.fitting.journal import Journal
+from identify.fitting.memory import Journal
 from identify.fitting.objective import Objective
 from identify.fitting.optimizers.base import OPTIMIZERS, Ended, Search, minimized, parse_optimizer
 

@@ -16,8 +16,7 @@ from identify.model.effects.base import parse_effect
 from identify.model.system import System
 from identify.robot.points import Point, read_points
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.make_target import frf_target
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets, frf_target
 from identify.vibration.costs.target import FrfTarget
 from tests.arms import arm, initial
 from tests.targets import CHANNELS, POINTS, model, predictor, targets

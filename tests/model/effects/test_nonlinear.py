@@ -20,7 +20,7 @@ from identify.fitting.fit import fit
 from identify.model.effects.base import EFFECTS, parse_effect
 from identify.model.transient import Impact
 from identify.vibration.costs.base import parse_cost
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from identify.vibration.nuisances.settings import FORMS_ALONE
 from identify.vibration.nuisances.stated import sentence

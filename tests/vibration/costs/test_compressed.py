@@ -14,7 +14,7 @@ from identify.vibration.costs.frf_least_squares import (
     FrfLeastSquaresObjective,
     compressed_frfs,
 )
-from identify.vibration.costs.modal_target import Targets
+from identify.vibration.costs.make_target import Targets
 from identify.vibration.costs.target import FrfTarget
 from tests.arms import initial
 from tests.targets import targets

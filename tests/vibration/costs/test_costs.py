@@ -10,11 +10,11 @@ import pytest
 from pydantic import ValidationError
 
 from identify.core.errors import InputError
-from identify.measured.modal_table import ModalTable
+from identify.measured.modal_tables import ModalTable
 from identify.model.modes import complex_modes
 from identify.vibration.costs.base import COSTS, parse_cost
 from identify.vibration.costs.eigenfrequency import pair_all
-from identify.vibration.costs.modal_target import ModalTarget, Targets
+from identify.vibration.costs.make_target import ModalTarget, Targets
 from tests.arms import initial
 from tests.targets import targets
 
