@@ -55,7 +55,8 @@ def far_payloads(robot: Robot) -> Iterator[Finding]:
 
 def _far(robot: Robot, places: Mapping[Key, tuple[str, Array]]) -> tuple[dict[Key, float], dict[Key, float]]:
     """How far from their link, m, places are that cannot be on the robot, and that are doubtful."""
-    extent, reach = _extents(robot), _reach(robot)
+    extent = _extents(robot)
+    reach = sum(extent.values())
     impossible, doubtful = dict[Key, float](), dict[Key, float]()
     for name, (frame, position) in places.items():
         link, pose = robot.carrier(frame)

@@ -47,22 +47,26 @@ class _Placed(NamedTuple):
         told = tuple(place.tolist()) if mount else float(place[0]) or None
         return exchanged(effects, [(one, one.model_copy(update={"at_m": told})) for one in self.springs])
 
+    def moved(self, effects: Sequence[Effect], step: Array) -> tuple[Effect, ...]:
+        """The same a step (k,), m, away, to a tenth of a millimetre."""
+        return self.at(effects, np.round(self.place + step, 4))
+
 
 def moved_springs(
-    study: Problem, effects: Sequence[Effect], beside: Beside, *, own: bool = False
+    study: Problem, effects: Sequence[Effect], beside: Beside
 ) -> Iterator[tuple[float, tuple[Effect, ...], int]]:
     """The springs of each bearing or mount that gives way among the effects of a dense fit at a likelier
     place: what that gains, in units of log likelihood with a free scale, the effects with them there, and how
-    many numbers say where; own: only those that have a place of their own already.
+    many numbers say where.
     """
-    for gain, one, step in _moves(study, effects, beside, own=own):
-        yield gain, one.at(effects, np.round(one.place + step, 4)), len(step)
+    for gain, one, step in _moves(study, effects, beside):
+        yield gain, one.moved(effects, step), len(step)
 
 
 def _moves(
-    study: Problem, effects: Sequence[Effect], beside: Beside, *, own: bool
+    study: Problem, effects: Sequence[Effect], beside: Beside, *, own: bool = False
 ) -> Iterator[tuple[float, _Placed, Array]]:
-    """What the best step (k,) of each gains, m."""
+    """What the best step (k,) of each gains, m; own: only those that have a place of their own already."""
     for one in _placed(study, effects):
         if any(_soft(spring, beside) for spring in one.springs) and (one.own or not own):
             gain, step = _step(study, effects, one, beside)
@@ -81,17 +85,16 @@ def located(found: Found) -> Found:
 
 def displaced(found: Found, least: float, *, own: bool = False) -> Iterator[Found]:
     """The fit gone on with each bearing and mount at a likelier place where that gains so much at least, the
-    likeliest first; own: as `moved_springs` has it.  Slopes foresee little of a long way: what it makes
+    likeliest first; own: as `_moves` has it.  Slopes foresee little of a long way: what it makes
     worse is tried again nearer.
     """
     if not any(one.own or not own for one in _placed(found.study, found.effects)):
         return
     beside = Beside.of(found.unknowns, found.x, found.product)
-    moves = _moves(found.study, found.effects, beside, own=own)
-    for gain, one, step in sorted(moves, key=lambda move: -move[0]):
-        places = [np.round(one.place + share * step, 4) for share in _SHARES] if gain > least else []
-        some = (one.at(found.effects, place) for place in places)
-        fits = (_gone_on_at(found, one, effects) for effects in some if found.new(effects))
+    moves = [move for move in _moves(found.study, found.effects, beside, own=own) if move[0] > least]
+    for _, one, step in sorted(moves, key=lambda move: -move[0]):
+        there = (one.moved(found.effects, share * step) for share in _SHARES)
+        fits = (_gone_on_at(found, one, effects) for effects in there if found.new(effects))
         if better := next((fit for fit in fits if fit.objective < found.objective), None):
             yield better
 
