@@ -366,7 +366,7 @@ def _let_go(term: Term, site: Site, loose: frozenset[str]) -> Term:
     def without(matrix: Array | None) -> Array | None:
         return None if matrix is None else matrix * np.outer(rest, rest)
 
-    return replace(term, stiffness=without(term.stiffness), damping=without(term.damping))
+    return replace(term, stiffness=without(term.stiffness), damping=without(term.damping), compliance=None)
 
 
 def _compliant(terms: Sequence[Term], free: Index) -> Compliances | None:

@@ -38,8 +38,10 @@ from tests.hidden import config_of
 from tests.shared import ROOT
 
 _BASE = {"rx": "rocking", "ry": "rocking", "rz": "turning", "tx": "sliding", "ty": "sliding", "tz": "lifting"}
-_ALSO = {"turned-axes": "sensor-rotation"}
-"""Other words for the same thing."""
+_ALSO = {"turned-axes": "sensor-rotation", "held-rotor": "joint-relaxation"}
+"""Other words for the same thing: a rotor that is held relaxes its drive, which a light one cannot be told
+from.
+"""
 
 
 def main() -> None:
@@ -227,7 +229,8 @@ def labels(problem: Problem, effect: Effect) -> Iterator[str]:
     elif effect.kind == "measured-impedance":
         yield from {f"{effect.kind} {name.partition('.')[0]}" for name in data["at"]}
     elif "joints" in data:
-        yield from {f"{effect.kind} {joint}" for joint in data["joints"]}
+        kind = "joint-relaxation" if data.get("holding_stiffness") else effect.kind
+        yield from {f"{kind} {joint}" for joint in data["joints"]}
     else:
         point = _point(problem, data)
         places = [data.get("link"), data.get("axis")] if point is None else [point]

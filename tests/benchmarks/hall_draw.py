@@ -2,12 +2,12 @@
 --seed N [--count 20] [--dirt careful|typical].
 
 Each arm has six bearings (tilt, radial and axial, each of a stiffness of its own), a base, one of its effects
-much stronger than the others, and by the seed up to two bending links, three hoses and a gripper, told as
-payload, on a soft mount; with dirt, all that is told of the arm is a little wrong.  Motions are the exact
-ones of small vibrations (`tests.generator.linear`), which shares no code with the fit.  NAME.truth.json has
-how much each effect matters: by how many noises the noise-free FRFs move when it alone is taken away, nothing
-refitted.  NAME.heldout.npz is as `tests.benchmarks.hall` reads it.  Draw after the work is done, and score
-once.
+much stronger than the others, and by the seed up to two bending links, three hoses, drives whose rotors are
+held by servos and a gripper, told as payload, on a soft mount; with dirt, all that is told of the arm is a
+little wrong. Motions are the exact ones of small vibrations (`tests.generator.linear`), which shares no code
+with the fit. NAME.truth.json has how much each effect matters: by how many noises the noise-free FRFs move
+when it alone is taken away, nothing refitted. NAME.heldout.npz is as `tests.benchmarks.hall` reads it. Draw
+after the work is done, and score once.
 """
 
 from __future__ import annotations
@@ -35,12 +35,15 @@ from tests.generator.structure import JointCompliance, SoftMount
 _BEARINGS = tuple(f"{kind}_j{number}" for kind in ("tilt", "radial", "axial") for number in range(1, 7))
 _BASE = ("base_rocking", "base_sliding", "base_turning")
 _LINKS, _HOSES = ("link2_flex", "link4_flex"), ("absorber_l2", "absorber_l3", "absorber_l4", "absorber_l5")
+_ROTORS = tuple(f"held_j{number}" for number in range(1, 7))
 _SMALL, _SCATTER, _STRONG = 0.15, 0.5, 5.0
 """Median strength of an effect beside one that is clearly visible, its spread (ln), and how many times that
 the strongest is.
 """
-_CARRIES = 0.5
-"""Share of arms with a gripper, which is told, on a soft mount, which is not."""
+_CARRIES, _SERVED = 0.5, 0.3
+"""Share of arms with a gripper, which is told, on a soft mount, which is not; and of those whose rotors are
+held by servos.
+"""
 _UNROUND = 0.1
 """By how much bearings differ from one direction to the other (ln)."""
 _FITTED, _UNSEEN = 2, 2
@@ -58,6 +61,8 @@ def many(spec: TestSpec, rng: np.random.Generator) -> TestSpec:
     strengths[rng.integers(len(names))] *= _STRONG
     if rng.random() < _CARRIES:
         names, strengths = [*names, "gripper"], np.append(strengths, 1.0)
+    if rng.random() < _SERVED:
+        names, strengths = [*names, *_ROTORS], np.append(strengths, np.ones(len(_ROTORS)))
     effects = [
         _round(one, rng)
         for name, strength in zip(names, strengths, strict=True)

@@ -223,6 +223,16 @@ def _rotor(draw: Draw) -> Effect:
     return structure.RotorInertia(draw.number, draw.strength * draw.rng.uniform(0.15, 0.35) * inertia)
 
 
+def _held(draw: Draw) -> Effect:
+    """A third as compliant as the drive, and as heavy as what it drives at most."""
+    joint = draw.arm.joints[draw.number - 1]
+    inertia = draw.tree.outboard_about(f"link{draw.number}", joint.axis)
+    stiffness = draw.arm.stiffness[draw.number - 1] / (draw.strength * draw.rng.uniform(0.2, 0.5))
+    late = draw.rng.uniform(6e-3, 20e-3)
+    rotor = draw.rng.uniform(0.1, 0.8) * inertia
+    return structure.HeldRotor(draw.number, float(rotor), float(stiffness), float(late * stiffness))
+
+
 def _friction(draw: Draw) -> Effect:
     angle, rate = draw.amplitude()
     torque = draw.strength * draw.rng.uniform(0.08, 0.15) * draw.arm.stiffness[draw.number - 1] * angle
@@ -275,6 +285,7 @@ CASES: dict[str, Callable[[Draw], Effect]] = {
     "sensor_mass": _sensor_mass,
     "ground_spring": _ground_spring,
     "rotor": _rotor,
+    "held": _held,
     "friction": _friction,
     "hardening": _hardening,
     "friction_springs": _friction_springs,

@@ -329,6 +329,32 @@ class RotorInertia(StructureEffect):
         tree.dof(f"joint{self.joint}.rz").armature = self.reflected_inertia
 
 
+@dataclass(frozen=True)
+class HeldRotor(StructureEffect):
+    """A rotor of n^2 J (kg m^2) behind the gear of a joint, which its servo holds by a spring (N m/rad) and a
+    damper (N m s/rad).
+    """
+
+    joint: int
+    reflected_inertia: float
+    stiffness: float
+    damping: float
+    kind = "held-rotor"
+
+    @property
+    def sentence(self) -> str:
+        """The joint."""
+        return f"rotor of joint {self.joint} held by {self.stiffness:.3g} N m/rad"
+
+    def build(self, tree: Tree) -> None:
+        """A part of next to no mass that turns about the joint's axis, and carries the link."""
+        name, part = f"joint{self.joint}.rotor", tree.parts[self.joint]
+        turns = Dof(name, False, part.dofs[0].axis, self.stiffness, self.damping, self.reflected_inertia)
+        place = part.parent, part.position, part.rotation
+        part.parent, part.position, part.rotation = len(tree.parts), np.zeros(3), np.eye(3)
+        tree.parts.append(Part(name, *place, ball(1e-6, np.zeros(3), 0.01), [turns]))
+
+
 def cut(body: Inertia, axis: Array, edges: Array) -> list[Inertia]:
     """Pieces between edges (n + 1,) along `axis` with masses in proportion to their lengths; together they
     are the body.

@@ -6,12 +6,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from identify.core.parameters import Values
+from identify.core.parameters import DampingValues, Values
 from identify.core.plugin import left_out_where_broken
 from identify.measured.channel import Channel
 from identify.model.effects.added_mass import AddedMass
 from identify.model.effects.base import EFFECTS, Effect
 from identify.model.effects.frf_gain import FrfGain
+from identify.model.effects.geared import RATIO, RotorInertia
 from identify.model.effects.joint_relaxation import JointRelaxation
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.place import Column, Place
@@ -20,7 +21,10 @@ from identify.model.effects.sensor_matrix import SensorMatrix
 from identify.vibration.all_springs import all_springs
 from identify.vibration.problem import Problem, with_effects
 
-_RELAXES = 0.5
+_RELAXES, _ROTOR, _LOSSY = 0.5, 0.3, 0.5
+"""Of the compliance of a drive at most; of the inertia that its joint moves, and the damping ratio of what
+holds it, to begin with.
+"""
 
 
 def instruments(problem: Problem) -> list[Effect]:
@@ -39,6 +43,30 @@ def relaxations(problem: Problem) -> list[Effect]:
         if stiffness is not None:
             most = Values(initial=0.01 / stiffness, bounds=(0.0, _RELAXES / stiffness))
             found.append(JointRelaxation(joints=[number], compliance=most))
+    return found
+
+
+def rotors(problem: Problem) -> list[Effect]:
+    """Of every drive that the study has a stiffness of and no rotor, held fast to begin with: what a servo
+    loop or a brake gives way is at most as compliant as the drive was.
+    """
+    starts, site = problem.starts, problem.measurements[0].system.site
+    known = {one.name for one in problem.parameters}
+    found = list[Effect]()
+    for number in range(1, len(problem.robot.joints) + 1):
+        stiffness = starts.get(f"joint{number}.rz.stiffness")
+        if stiffness is not None and f"joint{number}.rotor.inertia" not in known:
+            inertia = site.inertia(f"joint{number}.rz") * _ROTOR / RATIO**2
+            found.append(
+                RotorInertia(
+                    joints=[number],
+                    gear_ratio=[RATIO],
+                    inertia=Values(initial=float(f"{inertia:.3g}")),
+                    holding_stiffness=Values(bounds=(stiffness, 1e6 * stiffness)),
+                    holding_damping=DampingValues(damping_ratio=_LOSSY),
+                    shrink=True,
+                )
+            )
     return found
 
 

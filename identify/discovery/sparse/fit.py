@@ -11,7 +11,7 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.parameters import DampingValues
-from identify.discovery.sparse.dense import with_more
+from identify.discovery.sparse.dense import rotors, with_more
 from identify.discovery.sparse.evidence import price
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.unknowns import Unit, Unknowns
@@ -105,22 +105,25 @@ def dense_fit(
     return _settled(problem, effects, x, Penalised(unknowns), STEPS, until, rival)
 
 
-def usual_fit(problem: Problem, more: tuple[Effect, ...], until: float = np.inf) -> Found:
+def usual_fit(
+    problem: Problem, more: tuple[Effect, ...], until: float = np.inf, rival: float = np.inf
+) -> Found:
     """From bearings, base, mounts and links that give way as they usually do beside their drives, where all
     of them do so, and some far more: small ones hide each other on the way from rigid.  What is usual follows
-    the drives.
+    the drives.  What holds their rotors may give way: else bearings and bodies would stand for that.  Not to
+    its end where it does not come near the objective of a rival.
     """
 
     def beside(values: Mapping[str, float]) -> tuple[tuple[Effect, ...], Unknowns]:
-        effects = (*usual_springs(problem, values, damped=DampingValues()), *more)
+        effects = (*usual_springs(problem, values, damped=DampingValues()), *rotors(problem), *more)
         return effects, _unknowns(problem, effects)
 
     _, unknowns = beside(problem.starts)
     x = _robust(unknowns, _start(unknowns, usual=True))
     _, unknowns = beside(unknowns.by_name(x))
-    x = _loose(unknowns, x, until)
+    x = _loose(unknowns, x, until, rival)
     effects, unknowns = beside(unknowns.by_name(x))
-    return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until), whole=True)
+    return replace(_settled(problem, effects, x, Penalised(unknowns), STEPS, until, rival), whole=True)
 
 
 def standing(problem: Problem, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Found:

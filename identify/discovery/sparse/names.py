@@ -20,6 +20,7 @@ from identify.model.effects.channel_polarity import ChannelPolarity
 from identify.model.effects.channel_swap import ChannelSwap
 from identify.model.effects.coupling import PAIRS, from_diagonals, soft_axes
 from identify.model.effects.frf_gain import FrfGain
+from identify.model.effects.geared import RotorInertia
 from identify.model.effects.joint_compliance import CLASSES, JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
 from identify.model.effects.sensor_matrix import SensorMatrix
@@ -70,6 +71,16 @@ def of_springs(effect: Effect, name: str, values: Mapping[str, float]) -> tuple[
         return effect.model_copy(update={**more, "shrink": False, "compliance_std": None}), found
     at = getattr(effect, "at_m", None) if kind == "tilt" else None
     return JointCompliance(joints=[int(body.removeprefix("joint"))], at_m=at, **more), found
+
+
+def of_rotor(effect: RotorInertia, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:
+    """A rotor and what holds it as an ordinary effect with a stiffness."""
+    [name] = (name.removesuffix(".compliance") for name in values if name.endswith(".compliance"))
+    found = {f"{name}.inertia": values[f"{name}.inertia"], **_stiffnesses([name], values)}
+    inertia, (holding, damping) = found[f"{name}.inertia"], _about([name], found)
+    more = {"holding_stiffness": holding, "holding_damping": damping, "shrink": False}
+    about = Values(initial=inertia, bounds=(inertia / _SPAN, inertia * _SPAN))
+    return effect.model_copy(update={"inertia": about, **more}), found
 
 
 def _of_beam(effect: LinkFlexibility, values: Mapping[str, float]) -> tuple[Effect, dict[str, float]]:

@@ -101,7 +101,7 @@ def _with_all(problem: Problem, story: Story, unseen: Unseen | None, *, closed: 
     if closed and _open(fits):
         return []
     if _open(fits):
-        fits += _with_instruments(problem, story)
+        fits += _with_instruments(problem, story, min(map(_objective, fits)))
     best = _best(fits, unseen) if _open(fits[:1]) else fits[0]
     story.say(f"Everything that may be missing in the model at once: gap {best.gap:.2f}.")
     return [_aligned(best, story, unseen)]
@@ -261,12 +261,15 @@ def _may_stand_for_others(found: Found, model: Pruned, structure: tuple[Effect, 
     return model.closed and 0 < entered < len(model.evidence)
 
 
-def _with_instruments(problem: Problem, story: Story) -> list[Found]:
-    """Where that leaves something open: with all instruments from the start."""
+def _with_instruments(problem: Problem, story: Story, rival: float = np.inf) -> list[Found]:
+    """Where that leaves something open: with all instruments from the start, if that comes near the objective
+    of a rival.
+    """
     if story.late:
         return []
     story.doing("fitting again, with errors of every sensor and force")
-    return [located(usual_fit(problem, tuple(instruments(problem)), story.until))]
+    fit = usual_fit(problem, tuple(instruments(problem)), story.until, rival)
+    return [located(fit)] if fit.ended or fit.objective < rival else []
 
 
 def _likeliest(models: Sequence[Pruned], unseen: Unseen | None) -> Pruned | None:
@@ -356,14 +359,41 @@ def _one_further(
     fitted = _tried(found, worth, stated, shares, believed=believed)
     if not fitted:
         return None
-    likeliest = max(fitted, key=_odds)
-    best = located(settled(likeliest, STEPS))  # what a fit lacks that has not ended is no effect
-    price_of_it = found.price * max(best.unknowns.size - found.unknowns.size, PAYS)
-    if best.marginal - found.marginal < price_of_it + least:
+    [likeliest, *others] = sorted(fitted, key=_odds, reverse=True)
+    best = settled(likeliest, STEPS)  # what a fit lacks that has not ended is no effect
+    if not _pays(found, best, least):
         return None
-    new = found.new(likeliest.effects) or [likeliest.effects[-1]]
-    story.say(f"With {new[0].sentence()}{' and more' * (len(new) > 1)}: gap {best.gap:.2f}.")
-    return best, [one for one in fitted if one is not likeliest and one.gap < CLOSED <= found.gap]
+    best = located(_with_others(found, best, others))
+    story.say(f"With {', '.join(_added(found, best))}: gap {best.gap:.2f}.")
+    return best, [one for one in others if one.gap < CLOSED <= found.gap]
+
+
+def _pays(found: Found, more: Found, least: float = 0.0) -> bool:
+    """Whether a fit with more pays for that, and gains so much beyond."""
+    price_of_it = found.price * max(more.unknowns.size - found.unknowns.size, PAYS)
+    return more.marginal - found.marginal >= price_of_it + least
+
+
+def _with_others(found: Found, best: Found, others: Sequence[Found]) -> Found:
+    """The best with what else was tried and pays beside it, too: what one link lacks says little of what
+    another does, and a round of its own for each takes far longer.
+    """
+    for one in others:
+        if best.late or best.gap < CLOSED:
+            break
+        own = {name: value for name, value in one.values.items() if name not in found.values}
+        apart = not one.new(found.effects) and not own.keys() & best.values.keys()
+        if apart and _pays(found, one):
+            effects = (*best.effects, *found.new(one.effects))
+            more = gone_on(best, effects, own, rival=best.objective)
+            best = settled(more, STEPS) if _pays(best, more) else best
+    return best
+
+
+def _added(found: Found, best: Found) -> list[str]:
+    """What a fit has more, in words."""
+    new = found.new(best.effects) or [best.effects[-1]]
+    return [new[0].sentence(), "and more"] if len(new) > 4 else [one.sentence() for one in new]
 
 
 def _odds(found: Found) -> float:

@@ -22,10 +22,10 @@ from identify.vibration.problem import Problem
 
 _STEP_M, _FARTHEST_M = 1e-4, 0.1
 """Of the difference, and of a step at most: slopes hold about where they were taken."""
-_STEPS, _SETTLED, _SHARES = 12, 0.5, (1.0, 0.25, 0.06)
-"""At most, what one must gain, in units of log likelihood, and how much of it is tried."""
-_LITTLE = 0.02
-"""Of what is left: a place that gains less than that is where it is."""
+_STEPS, _SHARES = 12, (1.0, 0.25, 0.06)
+"""At most, and how much of one is tried."""
+_SETTLED, _LITTLE = 0.5, 0.02
+"""What one must gain, in units of log likelihood and of what is left: a place that gains less stays."""
 
 
 class _Placed(NamedTuple):
@@ -76,9 +76,10 @@ def _moves(
 def located(found: Found) -> Found:
     """The fit with springs that have a place of their own at the likeliest one, by some steps."""
     for _ in range(_STEPS):
-        further = found if found.late else next(displaced(found, _SETTLED, own=True), found)
+        little = max(_SETTLED, _LITTLE * found.left)
+        further = found if found.late else next(displaced(found, little, own=True), found)
         fell, found = found.objective - further.objective, further
-        if fell <= _LITTLE * found.left:
+        if fell <= little:
             break
     return found
 

@@ -14,6 +14,7 @@ from identify.discovery.sparse.dense import (
     instruments,
     links,
     relaxations,
+    rotors,
 )
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.fit import Found
@@ -51,8 +52,11 @@ def trials(found: Found) -> Iterator[Trial]:
 
 
 def _linear(found: Found) -> Iterator[Trial]:
-    """Instruments, relaxations, bodies, links that bend: all of a family at once, and each of them alone."""
-    families = instruments(found.study), relaxations(found.study), _bodies(found), links(found.study)
+    """Instruments, relaxations, rotors, bodies, links that bend: all of a family at once, and each of them
+    alone.
+    """
+    study = found.study
+    families = instruments(study), relaxations(study), rotors(found.problem), _bodies(found), links(study)
     absent = [new for some in families if (new := _absent(found, some))]
     if not absent:
         return

@@ -148,7 +148,7 @@ class Unknowns:
 
     def _entered(self, own: Index) -> bool:
         """Whether unknowns are those of an effect that has a size, which no price takes away."""
-        return bool(np.any(self.log[own] & ~self.times[own]))
+        return bool(np.any(self.log[own] & ~self.times[own]) and not self.springs[own].any())
 
     def away(self, x: Array) -> Array:
         """(f,): how far x is from where nothing is added, on the search scale; all that an effect with a
@@ -284,8 +284,8 @@ def _unit_of(effect: Effect, name: str) -> str:
     """The name of the unit that an unknown of an effect belongs to."""
     body, _, rest = name.partition(".")
     axis = first_of(rest.partition(".")[0])
-    if axis == "relaxation":
-        return f"{body}.relaxation"
+    if axis in ("relaxation", "rotor"):
+        return f"{body}.{axis}"
     if axis in _CLASSES and not body.startswith("payload"):
         return f"{body}.{_CLASSES[axis]}"
     if isinstance(effect, AddedMass):

@@ -34,12 +34,14 @@ from identify.core.parameters import DampingValues, Values, parameter, spread
 from identify.model.effects.base import Effect, Term
 from identify.model.effects.place import Beside, Place
 from identify.model.effects.site import Added, Site
-from identify.model.effects.springs import spring_terms
+from identify.model.effects.springs import compliance_terms, spring_terms
 from identify.robot.description import Robot
 from identify.robot.points import Point
 from identify.robot.posture import Mechanism
 from identify.robot.settings import Ratio
 
+RATIO = 100.0
+"""Of gears of which nothing is known: the common one."""
 _CORNER_HZ = 1.0
 """Without a start value, friction and inertia weigh the same at this frequency: a free drive runs out within
 some tenths of a second.
@@ -126,16 +128,24 @@ class RotorInertia(Geared):
         None, description="N m/rad at the gear output; makes each rotor a coordinate of its own"
     )
     holding_damping: DampingValues = Field(DampingValues(), description="N m s/rad at the gear output")
+    shrink: bool = Field(
+        False,
+        description=(
+            "true: what holds it is given by compliance, zero unless the data ask for more, so that a rotor"
+            " that is held fast is inside the space; of `holding_stiffness`, only `bounds` count"
+        ),
+    )
 
     def sentence(self) -> str:
-        """For example: rotor inertia of joints 1, 2 behind their gears."""
-        return f"rotor inertia of {self.which} behind the gear"
+        """For example: rotor inertia of joints 1, 2 behind the gear."""
+        held = ", held by a spring" * (self.holding_stiffness is not None)
+        return f"rotor inertia of {self.which} behind the gear{held}"
 
     @classmethod
     def instances(cls, robot: Robot, points: Mapping[int, Point]) -> Iterator[Self]:
         """Every joint, as an armature of unknown inertia with the common gear ratio of 100."""
         for number in range(1, len(robot.joints) + 1):
-            yield cls(joints=[number], gear_ratio=[100.0], inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)))
+            yield cls(joints=[number], gear_ratio=[RATIO], inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)))
 
     def _coordinates(self, robot: Robot) -> list[str]:
         own = "rotor" if self._turns_by_itself else "rz"
@@ -173,8 +183,19 @@ class RotorInertia(Geared):
             return found
         keys = f"{where}.holding_stiffness", f"{where}.holding_damping"
         places = [(name, "N m/rad", unit) for name, unit in zip(names, units, strict=True)]
-        springs = spring_terms(places, inertia, self.holding_stiffness, self.holding_damping, keys)
+        held = places, inertia, self.holding_stiffness, self.holding_damping, keys
+        if self.shrink:  # only the data say how large it is, once it moves
+            found = [_about_start(term) for term in found]
+            springs = [_about_start(term) for term in compliance_terms(*held)]
+        else:
+            springs = spring_terms(*held)
         return found + [replace(term, holds=names[number // 2]) for number, term in enumerate(springs)]
+
+
+def _about_start(term: Term) -> Term:
+    """The same, a logarithm of which is known to about a factor of e before any data."""
+    parameter = term.parameter
+    return replace(term, parameter=replace(parameter, prior_std=1.0)) if parameter.log else term
 
 
 Positive = Annotated[float, Field(gt=0)]
@@ -242,7 +263,7 @@ class Servo(Geared):
         for number in range(1, len(robot.joints) + 1):
             yield cls(
                 joints=[number],
-                gear_ratio=[100.0],
+                gear_ratio=[RATIO],
                 inertia=Values(initial=1e-4, bounds=(1e-7, 1.0)),
                 position_gain_per_s=30.0,
                 integral_time_s=0.03,

@@ -424,12 +424,31 @@ def test_where_many_give_way_they_are_found_together_with_a_link(hammered: Hamme
     assert {"link4", "joint4.tilt", "joint5.tilt"} == set(sorted(units, key=lambda name: -units[name])[:3])
 
 
+def test_what_holds_rotors_may_give_way_from_the_start(
+    hammered: Hammered, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Links and bearings would stand for it."""
+    problem = hammered.of("held_j2", 6)
+    with one_thread():
+        fits = [usual_fit(problem, ())]
+        monkeypatch.setattr("identify.discovery.sparse.fit.rotors", lambda problem: [])
+        fits.append(usual_fit(problem, ()))
+    largest = [
+        max(fit.unknowns.units, key=lambda unit, fit=fit: fit.unknowns.moved(unit, fit.x, fit.product)).name
+        for fit in fits
+    ]
+    assert largest == ["joint2.rotor", "link2"]
+    assert fits[0].gap < 1.01
+    assert fits[1].gap > 1.03
+
+
 def test_a_spring_far_softer_than_is_usual_costs_little_more(hammered: Hammered) -> None:
     """Half Cauchy priors: their slope and what they cost agree, and a far outlier pays a logarithm."""
     problem = hammered.of("none", 4)
     with one_thread():
         unknowns = usual_fit(problem, ()).unknowns
-    assert not Penalised(unknowns).alone.any(), "what has a prior has no price"
+    priced = {unknowns.names[n].split(".")[1] for n in np.flatnonzero(Penalised(unknowns).alone)}
+    assert priced == {"rotor"}, "what has a prior has no price"
     usual = unknowns.usual_compliance
     bearings = np.flatnonzero(usual > 0)
     assert {unknowns.names[n].partition(".")[0] for n in bearings} >= {"base", "joint1", "joint6"}

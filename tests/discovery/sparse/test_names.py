@@ -7,7 +7,9 @@ import pytest
 import scipy
 
 from identify.core.arrays import Array
-from identify.discovery.sparse.names import of_sensor, of_springs
+from identify.core.parameters import Values
+from identify.discovery.sparse.names import of_rotor, of_sensor, of_springs
+from identify.model.effects.geared import RotorInertia
 from identify.model.effects.joint_compliance import JointCompliance
 from identify.model.effects.link_flexibility import LinkFlexibility
 
@@ -78,3 +80,19 @@ def test_a_link_bends_in_all_its_planes_however_stiff_one_is() -> None:
     assert not effect.shrink
     assert found["link2.bending_1.stiffness"] == pytest.approx(1e6)
     assert found["link2.bending_2.stiffness"] > 1e8
+
+
+def test_a_held_rotor_is_named_with_what_holds_it() -> None:
+    free = RotorInertia(
+        joints=[2], gear_ratio=[100.0], inertia=Values(initial=1e-2), holding_stiffness=Values(), shrink=True
+    )
+    own = {"inertia": 2e-2, "compliance": 2e-6, "retardation_time": 1e-2}
+    effect, values = of_rotor(free, {f"joint2.rotor.{name}": value for name, value in own.items()})
+    assert effect.sentence() == "rotor inertia of joint 2 behind the gear, held by a spring"
+    assert values == pytest.approx(
+        {"joint2.rotor.inertia": 2e-2, "joint2.rotor.stiffness": 5e5, "joint2.rotor.damping": 5e3}
+    )
+    assert isinstance(effect, RotorInertia)
+    assert not effect.shrink
+    assert effect.holding_stiffness is not None
+    assert effect.holding_stiffness.initial == pytest.approx([5e5])

@@ -128,6 +128,43 @@ def test_a_rotor_without_inertia_and_a_rotor_claimed_twice_are_refused(robot: Ro
         list_parameters(robot, build_site(robot, random_posture(1), twice), twice)
 
 
+def _rotor(**changes: Any) -> Any:
+    held = {"kind": "rotor-inertia", "joints": [2], "gear_ratio": [100], "inertia": {"initial": 2e-3}}
+    return parse_effect({**held, **changes})
+
+
+def test_a_rotor_held_by_a_compliance_is_one_held_by_its_stiffness(robot: Robot) -> None:
+    """And one of no compliance is held fast, whatever it weighs."""
+    k, d = 4e5, 3e3
+    stiff, parameters = model(
+        robot,
+        [DRIVES, _rotor(holding_stiffness={"initial": k}, holding_damping={"initial": d})],
+    )
+    h = predictor(stiff).predict(initial(parameters))
+    soft, parameters = model(robot, [DRIVES, _rotor(holding_stiffness={}, shrink=True)])
+    values = initial(parameters)
+    names = [p.name for p in parameters]
+    own = [names.index(f"joint2.rotor.{what}") for what in ("inertia", "compliance", "retardation_time")]
+    values[own] = 2e-3, 1 / k, d / k
+    assert predictor(soft).predict(values) == pytest.approx(h, rel=1e-8)
+    values[own] = 5e-2, 0.0, d / k
+    bare, parameters = model(robot, [DRIVES])
+    assert predictor(soft).predict(values) == pytest.approx(
+        predictor(bare).predict(initial(parameters)), rel=1e-8
+    )
+
+
+def test_no_compliance_holds_a_rotor_whose_torque_is_an_input(robot: Robot) -> None:
+    effects = [DRIVES, _rotor(holding_stiffness={}, shrink=True)]
+    site = build_site(robot, random_posture(1), effects)
+    held, loose = (
+        assemble(robot, site, effects, driven=joints) for joints in (frozenset[int](), frozenset({2}))
+    )
+    assert held.compliances is not None
+    assert loose.compliances is None
+    assert "joint2.rotor" in loose.coordinates
+
+
 def test_a_joint_that_was_taken_off_takes_its_controller_along(robot: Robot) -> None:
     effects = [DRIVES, _servo()]
     system = assemble(robot, build_site(robot, random_posture(1), effects, "link3"), effects)
