@@ -106,16 +106,14 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
 
     The least supported first, until one of large odds holds; all of them where one depends on amplitude,
     which the others may have compensated for before it was found.  What the end of a link that bends may do
-    as well is no bearing.  Once the time is over, all that have none go at once.
+    as well is no bearing.
     """
     every = any(one.effect.of_amplitude for one in state.added)
     most = _over_ends(state)
     told = (replace(one, evidence=min(one.evidence, most(one.effect))) for one in state.added)
     state = replace(state, added=tuple(told))
     for one in sorted(state.added, key=lambda one: one.evidence):
-        if story.late:
-            return _supported(workers, state)
-        if len(state.added) == 1:
+        if len(state.added) == 1 or story.late:
             break
         values = state.model.values
         [model] = workers.run([Task(state.without(one.effect), (), values, whole=True)], "confirmation")
@@ -130,17 +128,6 @@ def _confirmed(workers: Workers, state: State, story: Story) -> State:
         elif not every:
             break
     return state
-
-
-def _supported(workers: Workers, state: State) -> State:
-    """Without all whose odds are against them, unless together they are likelier than not."""
-    kept = tuple(one for one in state.added if one.evidence >= 0)
-    own = [one.effect for one in state.added if one not in kept]
-    if not kept or not own:
-        return state
-    known = tuple(one for one in state.effects if one not in own)
-    [model] = workers.run([Task(known, (), state.model.values, whole=True, steps=FEW_STEPS)], "confirmation")
-    return state if likelier(state, model) < 0 else State(state.problem, model, kept)
 
 
 def _over_ends(state: State) -> Callable[[Effect], float]:

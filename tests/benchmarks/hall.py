@@ -34,7 +34,7 @@ from tests.hidden import config_of
 from tests.shared import ROOT
 
 _FIRST, _OVERDAMPED = 5, 0.5
-_MOST, _AMONG = 3, 5
+_MOST, _AMONG, _LIKELY = 3, 5, 0.5
 
 
 def main() -> None:
@@ -86,18 +86,19 @@ def score(case: Path, workers: int, uncertainty: str | None, limit: float) -> di
 
 def _against(truth: dict[str, Any], found: Discovery) -> dict[str, Any]:
     """Of the most important true effects, how many are among the first named; and what is named falsely:
-    where importance is told effect by effect.
+    where importance is told effect by effect.  Named is what is likelier there than not.
     """
     importance: dict[str, float] = truth["importance"]
     if not set(importance) <= {label for effect in truth["effects"] for label in true_labels(effect)}:
         return {}
-    named = [set(labels(found.problem, option.effect)) for option in found.added]
+    likely = [one for one, p in zip(found.added, found.probabilities, strict=True) if p > _LIKELY]
+    named = [set(labels(found.problem, option.effect)) for option in likely]
     first = set[str]().union(*named[:_AMONG])
     return {
         "three most important among first five": sum(one in first for one in list(importance)[:_MOST]),
         "false": [
             option.effect.sentence()
-            for option, told in zip(found.added, named, strict=True)
+            for option, told in zip(likely, named, strict=True)
             if not told <= set(importance)
         ],
         "not named": [one for one in importance if one not in set[str]().union(*named)],

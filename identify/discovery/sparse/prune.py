@@ -63,6 +63,8 @@ def pruned(found: Found, say: Say, unseen: Unseen | None = None) -> Pruned:
         present, support = path[-1]
         less, odds = _without(present, gone, inflated)
         if len(gone) > 1 and odds > CONVINCING:
+            if present.late:
+                break  # to look at each takes as long as the search
             gone = {min(gone, key=lambda name: support[name])}
             less, odds = _without(present, gone, inflated)
         if odds > CONVINCING:
