@@ -375,17 +375,16 @@ def _pays(found: Found, more: Found, least: float = 0.0) -> bool:
 
 
 def _with_others(found: Found, best: Found, others: Sequence[Found]) -> Found:
-    """The best with what else was tried and pays beside it, too: what one link lacks says little of what
-    another does, and a round of its own for each takes far longer.
+    """The best with each effect that was tried alone and pays beside it, too: what one link lacks says little
+    of what another does, and a round of its own for each takes far longer.
     """
     for one in others:
         if best.late or best.gap < CLOSED:
             break
-        own = {name: value for name, value in one.values.items() if name not in found.values}
-        apart = not one.new(found.effects) and not own.keys() & best.values.keys()
-        if apart and _pays(found, one):
-            effects = (*best.effects, *found.new(one.effects))
-            more = gone_on(best, effects, own, rival=best.objective)
+        new, own = found.new(one.effects), {k: v for k, v in one.values.items() if k not in found.values}
+        alone = len(new) == 1 and not one.new(found.effects)
+        if alone and not own.keys() & best.values.keys() and _pays(found, one):
+            more = gone_on(best, (*best.effects, *new), own, rival=best.objective)
             best = settled(more, STEPS) if _pays(best, more) else best
     return best
 

@@ -22,6 +22,7 @@ from identify.discovery.sparse.dense import bodies, instruments, of_all, with_mo
 from identify.discovery.sparse.dictionary import Beside, candidates
 from identify.discovery.sparse.evidence import supports, weighed
 from identify.discovery.sparse.fit import Found, afresh, dense_fit, gone_on, refitted, usual_fit
+from identify.discovery.sparse.named import named
 from identify.discovery.sparse.objective import Penalised, Point
 from identify.discovery.sparse.prune import smallest_that_predicts
 from identify.discovery.sparse.search import (
@@ -29,6 +30,7 @@ from identify.discovery.sparse.search import (
     _further,
     _likeliest,
     _with_instruments,
+    _with_others,
     explain,
     promising,
 )
@@ -213,6 +215,36 @@ def test_a_resonator_is_found_by_its_score_before_it_is_fitted(hammered: Hammere
     )
     k, m = (best.values[f"link3.resonator_{hidden['axis']}.{what}"] for what in ("stiffness", "mass"))
     assert np.sqrt(k / m) / (2 * np.pi) == pytest.approx(hidden["frequency_hz"], rel=0.1)
+
+
+def test_what_pays_beside_the_best_enters_in_the_same_round(hammered: Hammered) -> None:
+    """And what would say the same once more does not."""
+    with one_thread():
+        problem = hammered.of("absorber_l3+absorber_l5", 5)
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)[:2]))
+        alone = [one for one in trials(fit) if len(fit.new(one.effects)) == 1]
+        of_link = {
+            link: max(
+                (one for one in alone if getattr(one.effects[-1], "link", "") == link),
+                key=lambda one: one.gain,
+            )
+            for link in ("link3", "link6")
+        }
+        one, other = (gone_on(fit, trial.effects, trial.values) for trial in of_link.values())
+        both = _with_others(fit, one, [other])
+        again = _with_others(fit, one, [one])
+    assert both.gap < min(one.gap, other.gap) - 0.05
+    assert fit.new(both.effects) == [one.effects[-1], other.effects[-1]]
+    assert again.effects == one.effects
+
+
+def test_what_gives_way_nowhere_has_no_name(hammered: Hammered) -> None:
+    """A model with it may be kept, because it predicts unseen data best."""
+    problem = hammered.of("none", 4)
+    with one_thread():
+        fit = dense_fit(problem, tuple(all_springs(problem, shrink=True)))
+    assert fit.unknowns.units
+    assert named(fit, {unit.name: 0.0 for unit in fit.unknowns.units}, 1.0) == []
 
 
 def test_after_the_time_that_was_given_nothing_new_is_begun(hammered: Hammered) -> None:
