@@ -56,7 +56,7 @@ def rotors(problem: Problem) -> list[Effect]:
     for number in range(1, len(problem.robot.joints) + 1):
         stiffness = starts.get(f"joint{number}.rz.stiffness")
         if stiffness is not None and f"joint{number}.rotor.inertia" not in known:
-            inertia = site.inertia(f"joint{number}.rz") * _ROTOR / RATIO**2
+            inertia = site.carried(f"joint{number}.rz") * _ROTOR / RATIO**2
             found.append(
                 RotorInertia(
                     joints=[number],

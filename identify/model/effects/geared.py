@@ -136,6 +136,12 @@ class RotorInertia(Geared):
         ),
     )
 
+    @model_validator(mode="after")
+    def _shrinks_something(self) -> Self:
+        if self.shrink and self.holding_stiffness is None:
+            raise ValueError("shrink: nothing holds the rotor; add `holding_stiffness: {}`, or leave it out")
+        return self
+
     def sentence(self) -> str:
         """For example: rotor inertia of joints 1, 2 behind the gear."""
         held = ", held by a spring" * (self.holding_stiffness is not None)

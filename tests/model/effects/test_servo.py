@@ -154,6 +154,11 @@ def test_a_rotor_held_by_a_compliance_is_one_held_by_its_stiffness(robot: Robot)
     )
 
 
+def test_a_rotor_that_nothing_holds_has_no_compliance() -> None:
+    with pytest.raises(ValidationError, match="nothing holds the rotor"):
+        _rotor(shrink=True)
+
+
 def test_no_compliance_holds_a_rotor_whose_torque_is_an_input(robot: Robot) -> None:
     effects = [DRIVES, _rotor(holding_stiffness={}, shrink=True)]
     site = build_site(robot, random_posture(1), effects)
