@@ -51,6 +51,8 @@ _LEFT = 0.5
 """
 _TOLD_APART = 1.02
 """Times the least cost up to which another mistake in place of the last one explains as much."""
+_AT_FIRST = 1.25
+"""Times the cost that a mistake may leave at a first look, from where few steps have led."""
 _LEVEL = (0.0,)
 """Scales of drives are the same for all: what is known of them says how they go along the arm."""
 _STEP = GaussNewton(evaluations=2)
@@ -85,8 +87,9 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
         alike = _next(best, looked, asked)
         if not alike:
             others, every = _others(best, own)
-            asked = max(asked, len(channels) + every)
-            looked = _looked(best, [*_by_squares(channels), *others])
+            asked, seen = max(asked, len(channels) + every), {one.key for one in few}
+            rest = [one for one in others if one.key not in seen]
+            looked = _looked(best, rest if few else [*_by_squares(channels), *rest])
             alike = _next(best, looked, asked)
         if not alike:
             break
@@ -140,8 +143,9 @@ def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Facto
 
 
 def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Those about channels that explain most of what a fit with springs leaves."""
-    return sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
+    """Those about channels that explain most of what a fit with springs leaves, each once."""
+    best = {one.sentence: one for one in sorted(channels, key=lambda one: one.promise)}
+    return list(best.values())[: -_CHANNELS_TRIED - 1 : -1]
 
 
 def _again(found: Candidate, looked: Sequence[Candidate]) -> list[Hypothesis]:
@@ -175,12 +179,19 @@ def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Cand
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there; then what is as good.
     """
-    settled = sorted((_settled(base, one) for one in _kept(looked, base, _SETTLED)), key=_cost)
-    worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
-    found = worth or [one for one in settled if _may_hide(base, one)]
+    tried = [_settled(base, one) for one in _kept(looked, base, _SETTLED)]
+    settled = sorted([one for one in tried if one is not base], key=_cost)
+    needed = [one for one in settled if not any(_simpler(other, one) for other in settled)]
+    worth = [one for one in needed if _odds(base, one, asked) >= CONVINCING]
+    found = worth or [one for one in needed if _may_hide(base, one)]
     alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
     alike.sort(key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
     return list({one.hypotheses[-1].sentence: one for one in reversed(alike)}.values())[::-1]
+
+
+def _simpler(other: Candidate, one: Candidate) -> bool:
+    """Whether another candidate has fewer mistakes, and what one has more explains too little beside it."""
+    return other.mistakes < one.mistakes and log_odds(*left_of(other, one), most=1.0) < CONVINCING
 
 
 def _may_hide(base: Candidate, one: Candidate) -> bool:
@@ -192,8 +203,12 @@ def _may_hide(base: Candidate, one: Candidate) -> bool:
 
 def _levels(base: Candidate, one: Candidate) -> bool:
     """Whether a mistake takes most of a common factor away at no cost: it may stand in the place of one."""
+    return _less_level(base, one) and _cost(one) <= _cost(base)
+
+
+def _less_level(base: Candidate, one: Candidate) -> bool:
     most = base.score.level**2
-    return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most and _cost(one) <= _cost(base)
+    return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most
 
 
 def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
@@ -207,9 +222,15 @@ def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
     seen = list[Candidate]()
     for hypothesis in hypotheses:
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
-        if one is not None:  # a model with every spring is large: all but a few are let go at once
-            seen = _kept([*seen, one], base, _FURTHER)
-    return [replace(one, score=_refitted(one.score)) for one in seen]
+        if one is not None and _may_help(small, one, _AT_FIRST):
+            seen = _kept([*seen, one], base, _FURTHER)  # a model with every spring is large
+    again = [replace(one, score=_refitted(one.score)) for one in seen]
+    return [one for one in again if _may_help(small, one, 1.0)]
+
+
+def _may_help(base: Candidate, one: Candidate, most: float) -> bool:
+    """Whether a candidate leaves up to so many times what its base does, or takes a common factor away."""
+    return _cost(one) <= most * _cost(base) or _less_level(base, one)
 
 
 def _refitted(score: Score) -> Score:
@@ -229,7 +250,7 @@ def _with(base: Candidate, hypothesis: Hypothesis, steps: GaussNewton) -> Candid
     """
     try:
         stated = base.stated.changed(hypothesis.edits)
-        score = _fitted(stated, base.score, steps, _GLANCED)
+        score = _fitted(stated, base.score, steps, _GLANCED, _AT_FIRST * base.score.cost)
         return Candidate(stated, score, (*base.hypotheses, hypothesis))
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
@@ -263,17 +284,23 @@ def _helps(base: Candidate, one: Candidate) -> bool:
     return _cost(one) <= HELPS * _cost(base)
 
 
-def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int = LINES) -> Score:
+def _fitted(
+    stated: Stated,
+    known: Score,
+    steps: GaussNewton = _MORE,
+    lines: int = LINES,
+    most: float = np.inf,
+) -> Score:
     """Of a variant with every spring, from the values of another: on other scales too, where it is more than
-    how channels are read.
+    how channels are read; given up above `most`.
     """
     problem = replace(stated, lines=lines).problem()
     reread = read_otherwise(problem, known)
     if reread is not None:
-        return scored(reread, known.values, steps, slopes=())
+        return scored(reread, known.values, steps, slopes=(), most=most)
     model = with_springs(problem, known.by_name)
     same = problem.robot is known.problem.robot  # whose springs are of about the right size
-    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL)
+    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL, most=most)
     if len(known.problem.file.study.effects) > len(problem.file.study.effects):
         return soft
     # Where no spring gives way, usual ones are far from the best.
@@ -282,13 +309,13 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
 
 
 def _cost(one: Candidate) -> float:
-    return one.score.cost
+    return one.cost
 
 
 def _odds(before: Candidate, after: Candidate, asked: int) -> float:
     """ln of the odds of what one candidate has otherwise, less its price."""
     share, count = left_of(before, after)
-    return log_odds(share, count, _LEFT) - float(np.log(asked))
+    return log_odds(share, count, _LEFT) - (after.mistakes - before.mistakes) * float(np.log(asked))
 
 
 def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, float]:

@@ -283,7 +283,7 @@ def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool 
 def _right(stated: Stated, score: Score) -> bool:
     """Whether a variant needs nothing further."""
     level = abs(score.level) < SLIGHT
-    return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
+    return level and (score.cost <= ROUGH or within(score, stated.uncertainty, QUIET).explained)
 
 
 def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:
