@@ -8,8 +8,8 @@ spring; what is best becomes the base of another round.  Each must be worth its 
 `decide`.
 
 How channels are read leaves the model as it is, so that one step from its fit tells what a hypothesis
-promises; of another arm a few steps do, at fewer lines.  Where only how a channel is read was found, what
-promised most of all else is looked at first, and the rest where that does not help.
+promises; of another arm a few steps do, at fewer lines.  So channels come first, and all else where none of
+them explains much of all that is left.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from identify.setup.edits import Change
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.angles import STEP_DEG
 from identify.setup.registry import KINDS
-from identify.setup.score import SLIGHT, Score, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import HELPS, Candidate, finer, glances, of_kinds, without
 from identify.setup.soft import LINES, read_otherwise, softened, with_springs
 from identify.setup.stated import Stated
@@ -79,22 +79,18 @@ class Found:
 def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
-    best, asked, rivals = first, 1, list[Candidate]()
-    few = list[Hypothesis]()
+    best, rivals = first, list[Candidate]()
+    asked = len(list(of_kinds(first, _CHANNELS))) + len(list(of_kinds(Candidate(stated, plain), _others())))
     while True:
-        channels = list(of_kinds(best, _CHANNELS))
-        looked = _looked(best, [*_by_squares(channels), *few] if few else [])
+        channels = _by_squares(list(of_kinds(best, _CHANNELS)))
+        looked = _looked(best, channels)
         alike = _next(best, looked, asked)
-        if not alike:
-            others, every = _others(best, own)
-            asked, seen = max(asked, len(channels) + every), {one.key for one in few}
-            rest = [one for one in others if one.key not in seen]
-            looked = _looked(best, rest if few else [*_by_squares(channels), *rest])
+        if not _nearly_right(best) and not (alike and _helps(best, alike[0])):
+            looked += _looked(best, _promising(replace(best, score=own)))
             alike = _next(best, looked, asked)
         if not alike:
             break
         found, *rivals = alike
-        few = _again(found, looked)
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]
@@ -111,6 +107,11 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     if gaps[1] >= gaps[0]:
         return None
     return Found(best.hypotheses, instead, factors, min(odds, odds_of_factor), edits, *gaps)
+
+
+def _nearly_right(best: Candidate) -> bool:
+    """Whether a candidate leaves so little that another mistake would have to leave what a right one may."""
+    return best.score.cost**2 * _LEFT <= ROUGH**2 and abs(best.score.level) < SLIGHT
 
 
 def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
@@ -148,25 +149,18 @@ def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
     return list(best.values())[: -_CHANNELS_TRIED - 1 : -1]
 
 
-def _again(found: Candidate, looked: Sequence[Candidate]) -> list[Hypothesis]:
-    """What promised most of all but channels, where only how a channel is read was found: these are looked at
-    first beside it, and all else anew where they do not help.
-    """
-    last = [one.hypotheses[-1] for one in looked] if found.hypotheses[-1].promise else []
-    return [one for one in last if not one.promise]
+def _others() -> list[str]:
+    """Kinds about all but single channels."""
+    return [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
 
 
-def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
-    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs; and
-    of how many.
-    """
-    rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
-    others = list(of_kinds(replace(best, score=own), rest))
-    last = _each_way([one for _, one in glances(replace(best, score=own), others)])
+def _promising(own: Candidate) -> list[Hypothesis]:
+    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs."""
+    last = _each_way([one for _, one in glances(own, list(of_kinds(own, _others())))])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
-    return list(some.values()), len(others)
+    return list(some.values())
 
 
 def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -201,14 +195,13 @@ def _may_hide(base: Candidate, one: Candidate) -> bool:
     return _levels(base, one) or (_helps(base, one) and not one.hypotheses[-1].promise)
 
 
-def _levels(base: Candidate, one: Candidate) -> bool:
-    """Whether a mistake takes most of a common factor away at no cost: it may stand in the place of one."""
-    return _less_level(base, one) and _cost(one) <= _cost(base)
-
-
-def _less_level(base: Candidate, one: Candidate) -> bool:
-    most = base.score.level**2
-    return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most
+def _levels(base: Candidate, one: Candidate, most: float = 1.0) -> bool:
+    """Whether a mistake takes most of a common factor away at no cost, or at most that many times as much: it
+    may stand in the place of one.
+    """
+    level = base.score.level**2
+    less = level >= SLIGHT**2 and one.score.level**2 <= LEFT * level
+    return less and _cost(one) <= most * _cost(base)
 
 
 def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
@@ -219,22 +212,17 @@ def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
         return []
     stated = base.stated.glanced()
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
-    seen = list[Candidate]()
+    seen, most = list[Candidate](), _AT_FIRST * _cost(small)
     for hypothesis in hypotheses:
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
-        if one is not None and _may_help(small, one, _AT_FIRST):
+        if one is not None and _cost(one) <= most:
             seen = _kept([*seen, one], base, _FURTHER)  # a model with every spring is large
-    again = [replace(one, score=_refitted(one.score)) for one in seen]
-    return [one for one in again if _may_help(small, one, 1.0)]
+    again = [replace(one, score=_refitted(one.score, most)) for one in seen]
+    return [one for one in again if _cost(one) <= _cost(small) or _levels(small, one, _AT_FIRST)]
 
 
-def _may_help(base: Candidate, one: Candidate, most: float) -> bool:
-    """Whether a candidate leaves up to so many times what its base does, or takes a common factor away."""
-    return _cost(one) <= most * _cost(base) or _less_level(base, one)
-
-
-def _refitted(score: Score) -> Score:
-    return scored(score.problem, score.values, _FEW, slopes=())
+def _refitted(score: Score, most: float) -> Score:
+    return scored(score.problem, score.values, _FEW, slopes=(), most=most)
 
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:

@@ -20,7 +20,7 @@ from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
-from identify.setup.soft import springs_explain
+from identify.setup.soft import softened, springs_explain
 from identify.setup.stated import Stated, stated
 from identify.setup.within import times, within, within_as_stated
 from identify.vibration.problem import Problem
@@ -33,6 +33,8 @@ _TOLD_APART = 1.02
 """Times the least gap up to which another explanation is as good."""
 _NEARLY = 2.0
 """Times the least gap up to which another explanation may be as good with a factor that is exact."""
+_POOR = 0.2
+"""Share of logarithms that is left with every spring where a study's own model is too poor to judge by."""
 _SIGMAS = 3.0
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
@@ -109,7 +111,10 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
 
 def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
     """The mistakes that explain the data alone, and beside every spring those that explain what is left."""
-    found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
+    if softened(first).cost <= _POOR * first.cost:
+        found = Found(Looked(gap), first)
+    else:
+        found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
     named, known, plain = found.looked.diagnosis, as_stated, found.corrected
     if named is not None:
         if named.gap_after <= QUIET or springs_explain(plain, as_stated.uncertainty):

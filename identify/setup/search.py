@@ -91,8 +91,8 @@ class Candidate:
 
     @property
     def cost(self) -> float:
-        """RMS of logarithms, in tenths, by which it is judged: of two mistakes in one hypothesis the second has
-        to be worth its price.
+        """RMS of logarithms, in tenths, by which it is judged: the second of two mistakes in one has to be
+        worth its price.
         """
         return float(self.score.cost * _MORE ** (self.mistakes - len(self.hypotheses)))
 
@@ -273,7 +273,7 @@ def _promising(tried: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _cost(one: Candidate) -> float:
-    return one.cost * _MORE ** (abs(one.score.level) > SLIGHT)
+    return one.cost * (_MORE if abs(one.score.level) > SLIGHT else 1.0)
 
 
 def of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:

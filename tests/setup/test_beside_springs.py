@@ -13,7 +13,6 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
 from identify.setup import beside_springs as springs
 from identify.setup.beside_springs import (
-    _again,
     _each_way,
     _factors,
     _levels,
@@ -169,15 +168,6 @@ def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at() -> None:
     assert len(offsets) == 2 * 6
     assert offsets[:2] == [f"the zero of joint 1 is off by about {turn} degrees" for turn in (15, -15)]
     assert kept[len(offsets) :] == [one.sentence for one in some if one.moved is None]
-
-
-def test_what_promised_most_is_looked_at_again_beside_a_channel_alone() -> None:
-    """Another model makes other studies of all else."""
-    told, score = studies.right()
-    channel, other = Hypothesis("", "", (), "sensor5", promise=3.0), Hypothesis("", "", (), "sign2")
-    looked = [Candidate(told, score, (channel, one)) for one in (other, replace(channel, about="sensor6"))]
-    assert _again(Candidate(told, score, (other, channel)), looked) == [other]
-    assert _again(Candidate(told, score, (channel, other)), looked) == []
 
 
 def test_what_a_later_mistake_holds_too_is_not_left_out() -> None:
