@@ -173,7 +173,8 @@ def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Cand
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there; then what is as good.
     """
-    tried = [_settled(base, one) for one in _kept(looked, base, _SETTLED)]
+    kept = _kept(looked, base, _SETTLED)
+    tried = [one.score.once("settled", partial(_settled, base, one)) for one in kept]
     settled = sorted([one for one in tried if one is not base], key=_cost)
     needed = [one for one in settled if not any(_simpler(other, one) for other in settled)]
     worth = [one for one in needed if _odds(base, one, asked) >= CONVINCING]

@@ -242,6 +242,33 @@ def test_what_was_stated_to_be_uncertain_explains_no_wrong_unit(typical: Stated)
     assert within(levelled(heavy, twice), told.uncertainty).explained
 
 
+def test_a_likelihood_that_was_given_up_is_found_again_where_it_is_asked_for_more(typical: Stated) -> None:
+    """And is not looked for again where as little is asked."""
+    wrong = typical.changed([Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1])])
+    score = scored(wrong.problem())
+    given_up = within(score, wrong.uncertainty, 1.0)
+    assert not given_up.explained and given_up.worst == np.inf
+    assert within(score, wrong.uncertainty, 0.5) is given_up
+    found = within(score, wrong.uncertainty)
+    assert found.gap < given_up.gap
+    assert found == within(replace(score, asked={}), wrong.uncertainty)
+    assert within(score, wrong.uncertainty, 1.0) is found
+
+
+def test_where_springs_explain_nearly_all_the_own_model_is_no_judge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told, right = studies.right()
+    monkeypatch.setattr(diagnosis, "_beside_springs", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "searched", lambda *_: pytest.fail("searched"))
+    plain = replace(right, cost=9.0)
+    plain.asked["softened"] = replace(right, cost=1.5)
+    assert diagnosis._wrong(told, plain, 30.0).looked == Looked(30.0)
+    plain.asked["softened"] = replace(right, cost=2.0)
+    with pytest.raises(pytest.fail.Exception):
+        diagnosis._wrong(told, plain, 30.0)
+
+
 def test_a_right_study_beside_stated_uncertainty_is_asked_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
