@@ -109,8 +109,10 @@ def decided(found: Searched) -> Decision | None:
 
 
 def log_odds(share: float, count: int, most: float = LEFT) -> float:
-    """Of what leaves a share of squares of as many FRFs; none where it leaves more than the most it may."""
-    return -0.5 * count * float(np.log(share)) if share <= most else -np.inf
+    """Of what leaves a share of squares of as many FRFs; none where it leaves more than the most it may, or
+    nothing at all, as where the model does not move.
+    """
+    return -0.5 * count * float(np.log(share)) if 0 < share <= most else -np.inf
 
 
 def _left(plain: Score, best: Score, touched: Sequence[Mask], *, levelled: bool) -> float:

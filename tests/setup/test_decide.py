@@ -15,7 +15,7 @@ from identify.setup import diagnosis, search
 from identify.setup.bounds import sag
 from identify.setup.brakes import Brake
 from identify.setup.constants import Factor, near, nearest
-from identify.setup.decide import Decision, needed
+from identify.setup.decide import Decision, log_odds, needed
 from identify.setup.diagnosis import (
     Found,
     Looked,
@@ -253,6 +253,11 @@ def test_a_likelihood_that_was_given_up_is_found_again_where_it_is_asked_for_mor
     assert found.gap < given_up.gap
     assert found == within(replace(score, asked={}), wrong.uncertainty)
     assert within(score, wrong.uncertainty, 1.0) is found
+
+
+def test_what_leaves_nothing_at_all_says_nothing() -> None:
+    assert log_odds(0.01, 9) > log_odds(0.2, 9) > 0
+    assert log_odds(0.0, 9) == log_odds(0.3, 9) == -np.inf
 
 
 def test_where_springs_explain_nearly_all_the_own_model_is_no_judge(
