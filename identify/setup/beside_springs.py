@@ -144,8 +144,9 @@ def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Facto
 
 
 def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Those about channels that explain most of what a fit with springs leaves, each once."""
-    best = {one.sentence: one for one in sorted(channels, key=lambda one: one.promise)}
+    """Those about single channels that explain most of what a fit with springs leaves, each once."""
+    single = [one for one in channels if one.promise]
+    best = {one.sentence: one for one in sorted(single, key=lambda one: one.promise)}
     return list(best.values())[: -_CHANNELS_TRIED - 1 : -1]
 
 
@@ -156,7 +157,8 @@ def _others() -> list[str]:
 
 def _promising(own: Candidate) -> list[Hypothesis]:
     """The most promising hypotheses about all else on top of a candidate, by its own fit without springs."""
-    last = _each_way([one for _, one in glances(own, list(of_kinds(own, _others())))])
+    some = [one for one in of_kinds(own, [*_CHANNELS, *_others()]) if not one.promise]
+    last = _each_way([one for _, one in glances(own, some)])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
