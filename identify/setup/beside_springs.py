@@ -157,8 +157,8 @@ def _others() -> list[str]:
 
 def _promising(own: Candidate) -> list[Hypothesis]:
     """The most promising hypotheses about all else on top of a candidate, by its own fit without springs."""
-    some = [one for one in of_kinds(own, [*_CHANNELS, *_others()]) if not one.promise]
-    last = _each_way([one for _, one in glances(own, some)])
+    rest = [one for one in of_kinds(own, [*_CHANNELS, *_others()]) if not one.promise]
+    last = _each_way([one for _, one in glances(own, rest)])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}

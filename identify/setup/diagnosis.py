@@ -175,7 +175,7 @@ def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
     if least >= gap:
         return Found(Looked(gap), first)
     alike = [one for one in every if one.gap <= _TOLD_APART * least]
-    best = min(alike, key=lambda one: (len(_mistakes(one.decision)), one.gap))
+    best = min(alike, key=_likelier)
     mistakes = _mistakes(best.decision)
     instead = dict.fromkeys(_mistakes(one.decision) for one in sorted(alike, key=_gap))
     del instead[mistakes]
@@ -257,6 +257,14 @@ def _braked(as_stated: Stated, first: Score, gap: float) -> tuple[Diagnosis, int
 
 def _gap(one: _Put) -> float:
     return one.gap
+
+
+def _likelier(one: _Put) -> tuple[int, bool, float]:
+    """By what the first of those that explain the data as well is chosen: fewest mistakes, then a common
+    factor that a mistake has, then the gap.
+    """
+    factor = one.decision.factor
+    return len(_mistakes(one.decision)), factor is not None and not factor.known, one.gap
 
 
 def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool = False) -> Looked | None:

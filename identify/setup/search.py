@@ -15,6 +15,7 @@ from identify.core.errors import InputError, InputErrors
 from identify.core.thresholds import QUIET
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.quality_robot import possible
+from identify.setup.constants import near
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
@@ -225,11 +226,17 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
 
 def _bodies(tried: Sequence[Candidate]) -> list[Candidate]:
     """Of bodies that can be those that leave least with every spring, because a study's own model may leave
-    more than a wrong unit does; of what is the same up to a common factor, first what needs none.
+    more than a wrong unit does; of what is the same up to a common factor, first what needs none, and then
+    what needs one that a mistake has.
     """
     least = min((softened(one.score).cost for one in tried), default=0.0)
     alike = [one for one in tried if softened(one.score).cost <= _MORE * least]
-    return sorted(alike, key=lambda one: abs(softened(one.score).level))
+    return sorted(alike, key=lambda one: _of_factor(softened(one.score).level))
+
+
+def _of_factor(level: float) -> tuple[bool, float]:
+    """Whether a mistake has no common factor that is one, by its logarithm, and how large that is."""
+    return abs(level) >= SLIGHT and not near(float(np.exp(level)))[0].known, abs(level)
 
 
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:

@@ -13,11 +13,13 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
 from identify.setup import beside_springs as springs
 from identify.setup.beside_springs import (
+    _by_squares,
     _each_way,
     _factors,
     _levels,
     _nearly_right,
     _needed,
+    _promising,
     _settled,
     _simpler,
     beside_springs,
@@ -81,6 +83,16 @@ def test_all_else_waits_where_a_channel_explains_most(
         told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)[:1]))
         found = beside_springs(told, scored(told.problem()))
         assert (found is None) == bool(asked) == (wrong.quantity is not None)
+
+
+def test_what_is_about_all_points_is_looked_at_as_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Among single channels it would come last: it explains none of them more than the others."""
+    base = Candidate(*studies.right())
+    monkeypatch.setattr(springs, "glances", lambda _, some: [(1.0, one) for one in some])
+    shifted = [one for one in of_kinds(base, ["links"]) if one.code == "links-shifted"]
+    assert len(shifted) == 2
+    assert not any(one.code == "links-shifted" for one in _by_squares(shifted))
+    assert "links-shifted" in {one.code for one in _promising(base)}
 
 
 @pytest.mark.parametrize(("factor", "other", "paid"), [(-1.0, -0.74, False), (-3.0, -3.0, True)])

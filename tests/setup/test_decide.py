@@ -21,6 +21,7 @@ from identify.setup.diagnosis import (
     Looked,
     _apart,
     _in_rad_per_s,
+    _likelier,
     _Put,
     _put_right,
     _without_factor,
@@ -148,7 +149,7 @@ def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
 
 def test_bodies_are_told_by_every_spring() -> None:
     """A study's own model may leave more than a wrong unit does; of bodies that are the same up to a common
-    factor the first needs none.
+    factor the first needs none, or one that a mistake has.
     """
     told, score = studies.right()
 
@@ -162,6 +163,18 @@ def test_bodies_are_told_by_every_spring() -> None:
         candidate(13.2, 2.16, 0.1),
     )
     assert _bodies([wrong, in_grams, right]) == [right, in_grams]
+    inches, no_unit = candidate(13.2, 2.15, 3.67), candidate(13.2, 2.14, -3.24)
+    assert _bodies([no_unit, inches, in_grams, right]) == [right, inches, in_grams, no_unit]
+
+
+def test_of_factors_that_explain_as_well_the_first_is_one_that_a_mistake_has() -> None:
+    told, score = studies.right()
+    base = Candidate(told, score)
+    known, unknown, nothing = (
+        _Put(Decision(base, (), factor, 9.0), (), score, gap)
+        for factor, gap in ((nearest(39.4), 1.01), (nearest(0.039), 1.0), (None, 1.02))
+    )
+    assert sorted([unknown, known, nothing], key=_likelier) == [nothing, known, unknown]
     assert _bodies([]) == []
 
 
