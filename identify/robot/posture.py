@@ -10,7 +10,7 @@ has no coordinates.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -47,7 +47,7 @@ class Mechanism:
     frames: dict[str, tuple[int, Array]]
     gravity: Array
 
-    @property
+    @cached_property
     def coordinates(self) -> tuple[str, ...]:
         """Names of all elastic coordinates, six a body."""
         return tuple(f"{body.name}.{axis}" for body in self.bodies for axis in AXES)

@@ -8,8 +8,8 @@ spring; what is best becomes the base of another round.  Each must be worth its 
 `decide`.
 
 How channels are read leaves the model as it is, so that one step from its fit tells what a hypothesis
-promises; of another arm a few steps do, at fewer lines.  Where only how a channel is read was found, what
-promised most of all else is looked at first, and the rest where that does not help.
+promises; of another arm a few steps do, at fewer lines.  So channels come first, and all else where none of
+them explains much of all that is left.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from identify.setup.edits import Change
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.kinds.angles import STEP_DEG
 from identify.setup.registry import KINDS
-from identify.setup.score import SLIGHT, Score, scored
+from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import HELPS, Candidate, finer, glances, of_kinds, without
 from identify.setup.soft import LINES, read_otherwise, softened, with_springs
 from identify.setup.stated import Stated
@@ -51,6 +51,8 @@ _LEFT = 0.5
 """
 _TOLD_APART = 1.02
 """Times the least cost up to which another mistake in place of the last one explains as much."""
+_AT_FIRST = 1.25
+"""Times the cost that a mistake may leave at a first look, from where few steps have led."""
 _LEVEL = (0.0,)
 """Scales of drives are the same for all: what is known of them says how they go along the arm."""
 _STEP = GaussNewton(evaluations=2)
@@ -77,21 +79,18 @@ class Found:
 def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
-    best, asked, rivals = first, 1, list[Candidate]()
-    few = list[Hypothesis]()
+    best, rivals = first, list[Candidate]()
+    asked = len(list(of_kinds(first, _CHANNELS))) + len(list(of_kinds(Candidate(stated, plain), _others())))
     while True:
-        channels = list(of_kinds(best, _CHANNELS))
-        looked = _looked(best, [*_by_squares(channels), *few] if few else [])
+        channels = _by_squares(list(of_kinds(best, _CHANNELS)))
+        looked = _looked(best, channels)
         alike = _next(best, looked, asked)
-        if not alike:
-            others, every = _others(best, own)
-            asked = max(asked, len(channels) + every)
-            looked = _looked(best, [*_by_squares(channels), *others])
+        if not _nearly_right(best) and not (alike and _helps(best, alike[0])):
+            looked += _looked(best, _promising(replace(best, score=own)))
             alike = _next(best, looked, asked)
         if not alike:
             break
         found, *rivals = alike
-        few = _again(found, looked)
         own = scored(found.stated.problem())
         best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
     last = best.hypotheses[-1:]
@@ -108,6 +107,11 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     if gaps[1] >= gaps[0]:
         return None
     return Found(best.hypotheses, instead, factors, min(odds, odds_of_factor), edits, *gaps)
+
+
+def _nearly_right(best: Candidate) -> bool:
+    """Whether a candidate leaves so little that another mistake would have to leave what a right one may."""
+    return best.score.cost**2 * _LEFT <= ROUGH**2 and abs(best.score.level) < SLIGHT
 
 
 def _factors(best: Candidate, asked: int) -> tuple[tuple[Factor, ...], float]:
@@ -140,29 +144,25 @@ def _of_factors(best: Candidate, factors: Sequence[Factor]) -> tuple[tuple[Facto
 
 
 def _by_squares(channels: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Those about channels that explain most of what a fit with springs leaves."""
-    return sorted(channels, key=lambda one: -one.promise)[:_CHANNELS_TRIED]
+    """Those about single channels that explain most of what a fit with springs leaves, each once."""
+    single = [one for one in channels if one.promise]
+    best = {one.sentence: one for one in sorted(single, key=lambda one: one.promise)}
+    return list(best.values())[: -_CHANNELS_TRIED - 1 : -1]
 
 
-def _again(found: Candidate, looked: Sequence[Candidate]) -> list[Hypothesis]:
-    """What promised most of all but channels, where only how a channel is read was found: these are looked at
-    first beside it, and all else anew where they do not help.
-    """
-    last = [one.hypotheses[-1] for one in looked] if found.hypotheses[-1].promise else []
-    return [one for one in last if not one.promise]
+def _others() -> list[str]:
+    """Kinds about all but single channels."""
+    return [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
 
 
-def _others(best: Candidate, own: Score) -> tuple[list[Hypothesis], int]:
-    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs; and
-    of how many.
-    """
-    rest = [name for name in KINDS if name not in (*_CHANNELS, *_PHYSICAL)]
-    others = list(of_kinds(replace(best, score=own), rest))
-    last = _each_way([one for _, one in glances(replace(best, score=own), others)])
+def _promising(own: Candidate) -> list[Hypothesis]:
+    """The most promising hypotheses about all else on top of a candidate, by its own fit without springs."""
+    rest = [one for one in of_kinds(own, [*_CHANNELS, *_others()]) if not one.promise]
+    last = _each_way([one for _, one in glances(own, rest)])
     best_of_kind = {one.code: one for one in reversed(last)}
     powers = [one for one in last if one.code == "quantity"]  # each of which has a common factor
     some = {id(one): one for one in (*best_of_kind.values(), *powers, *last[:_OTHERS_TRIED])}
-    return list(some.values()), len(others)
+    return list(some.values())
 
 
 def _each_way(seen: Sequence[Hypothesis]) -> list[Hypothesis]:
@@ -175,12 +175,20 @@ def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Cand
     """A candidate with one more mistake: the best that is worth its price, or else the best that helps, which
     may be worth it beside those that are still there; then what is as good.
     """
-    settled = sorted((_settled(base, one) for one in _kept(looked, base, _SETTLED)), key=_cost)
-    worth = [one for one in settled if _odds(base, one, asked) >= CONVINCING]
-    found = worth or [one for one in settled if _may_hide(base, one)]
+    kept = _kept(looked, base, _SETTLED)
+    tried = [one.score.once("settled", partial(_settled, base, one)) for one in kept]
+    settled = sorted([one for one in tried if one is not base], key=_cost)
+    needed = [one for one in settled if not any(_simpler(other, one) for other in settled)]
+    worth = [one for one in needed if _odds(base, one, asked) >= CONVINCING]
+    found = worth or [one for one in needed if _may_hide(base, one)]
     alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
     alike.sort(key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
     return list({one.hypotheses[-1].sentence: one for one in reversed(alike)}.values())[::-1]
+
+
+def _simpler(other: Candidate, one: Candidate) -> bool:
+    """Whether another candidate has fewer mistakes, and what one has more explains too little beside it."""
+    return other.mistakes < one.mistakes and log_odds(*left_of(other, one), most=1.0) < CONVINCING
 
 
 def _may_hide(base: Candidate, one: Candidate) -> bool:
@@ -190,10 +198,13 @@ def _may_hide(base: Candidate, one: Candidate) -> bool:
     return _levels(base, one) or (_helps(base, one) and not one.hypotheses[-1].promise)
 
 
-def _levels(base: Candidate, one: Candidate) -> bool:
-    """Whether a mistake takes most of a common factor away at no cost: it may stand in the place of one."""
-    most = base.score.level**2
-    return most >= SLIGHT**2 and one.score.level**2 <= LEFT * most and _cost(one) <= _cost(base)
+def _levels(base: Candidate, one: Candidate, most: float = 1.0) -> bool:
+    """Whether a mistake takes most of a common factor away at no cost, or at most that many times as much: it
+    may stand in the place of one.
+    """
+    level = base.score.level**2
+    less = level >= SLIGHT**2 and one.score.level**2 <= LEFT * level
+    return less and _cost(one) <= most * _cost(base)
 
 
 def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
@@ -204,16 +215,17 @@ def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
         return []
     stated = base.stated.glanced()
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
-    seen = list[Candidate]()
+    seen, most = list[Candidate](), _AT_FIRST * _cost(small)
     for hypothesis in hypotheses:
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
-        if one is not None:  # a model with every spring is large: all but a few are let go at once
-            seen = _kept([*seen, one], base, _FURTHER)
-    return [replace(one, score=_refitted(one.score)) for one in seen]
+        if one is not None and _cost(one) <= most:
+            seen = _kept([*seen, one], base, _FURTHER)  # a model with every spring is large
+    again = [replace(one, score=_refitted(one.score, most)) for one in seen]
+    return [one for one in again if _cost(one) <= _cost(small) or _levels(small, one, _AT_FIRST)]
 
 
-def _refitted(score: Score) -> Score:
-    return scored(score.problem, score.values, _FEW, slopes=())
+def _refitted(score: Score, most: float) -> Score:
+    return scored(score.problem, score.values, _FEW, slopes=(), most=most)
 
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
@@ -229,7 +241,7 @@ def _with(base: Candidate, hypothesis: Hypothesis, steps: GaussNewton) -> Candid
     """
     try:
         stated = base.stated.changed(hypothesis.edits)
-        score = _fitted(stated, base.score, steps, _GLANCED)
+        score = _fitted(stated, base.score, steps, _GLANCED, _AT_FIRST * base.score.cost)
         return Candidate(stated, score, (*base.hypotheses, hypothesis))
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
@@ -263,17 +275,23 @@ def _helps(base: Candidate, one: Candidate) -> bool:
     return _cost(one) <= HELPS * _cost(base)
 
 
-def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int = LINES) -> Score:
+def _fitted(
+    stated: Stated,
+    known: Score,
+    steps: GaussNewton = _MORE,
+    lines: int = LINES,
+    most: float = np.inf,
+) -> Score:
     """Of a variant with every spring, from the values of another: on other scales too, where it is more than
-    how channels are read.
+    how channels are read; given up above `most`.
     """
     problem = replace(stated, lines=lines).problem()
     reread = read_otherwise(problem, known)
     if reread is not None:
-        return scored(reread, known.values, steps, slopes=())
+        return scored(reread, known.values, steps, slopes=(), most=most)
     model = with_springs(problem, known.by_name)
     same = problem.robot is known.problem.robot  # whose springs are of about the right size
-    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL)
+    soft = scored(model, model.initial, steps, slopes=() if same else _LEVEL, most=most)
     if len(known.problem.file.study.effects) > len(problem.file.study.effects):
         return soft
     # Where no spring gives way, usual ones are far from the best.
@@ -282,13 +300,13 @@ def _fitted(stated: Stated, known: Score, steps: GaussNewton = _MORE, lines: int
 
 
 def _cost(one: Candidate) -> float:
-    return one.score.cost
+    return one.cost
 
 
 def _odds(before: Candidate, after: Candidate, asked: int) -> float:
     """ln of the odds of what one candidate has otherwise, less its price."""
     share, count = left_of(before, after)
-    return log_odds(share, count, _LEFT) - float(np.log(asked))
+    return log_odds(share, count, _LEFT) - (after.mistakes - before.mistakes) * float(np.log(asked))
 
 
 def _needed(first: Candidate, best: Candidate, asked: int) -> tuple[Candidate, float]:

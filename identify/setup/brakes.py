@@ -43,7 +43,7 @@ class Brake:
 
     def likely(self, stated: Stated) -> Brake:
         """The same with the share that is left where nuisance parameters are fitted along."""
-        if any(within(one, stated.uncertainty).worst > MISSING for one in (self.others, self.alone)):
+        if any(within(one, stated.uncertainty, MISSING).worst > MISSING for one in (self.others, self.alone)):
             return self
         alone, both = (within(one, stated.uncertainty).worst for one in (self.alone, self.both))
         return replace(self, share=(alone / both) ** 2)

@@ -59,7 +59,7 @@ class Decision:
                 factor=_factor(one) or _factor_within(one),
             )
             for one in self.alike[:most]
-            if one.within.gap <= gap
+            if one.within_of(gap).gap <= gap
         ]
 
     @property
@@ -84,7 +84,7 @@ def decided(found: Searched) -> Decision | None:
     """What is named of a search; None where nothing is."""
     best, others = needed(found)
     factor = _factor(best) or _factor_within(best)
-    mistakes = len(best.hypotheses) + (factor is not None)
+    mistakes = best.mistakes + (factor is not None)
     if not mistakes:
         return None
     touched = _touched(found.plain, best, factor)
@@ -109,8 +109,10 @@ def decided(found: Searched) -> Decision | None:
 
 
 def log_odds(share: float, count: int, most: float = LEFT) -> float:
-    """Of what leaves a share of squares of as many FRFs; none where it leaves more than the most it may."""
-    return -0.5 * count * float(np.log(share)) if share <= most else -np.inf
+    """Of what leaves a share of squares of as many FRFs; none where it leaves more than the most it may, or
+    nothing at all, as where the model does not move.
+    """
+    return -0.5 * count * float(np.log(share)) if 0 < share <= most else -np.inf
 
 
 def _left(plain: Score, best: Score, touched: Sequence[Mask], *, levelled: bool) -> float:
@@ -131,8 +133,11 @@ def _left_within(plain: Candidate, best: Candidate, *, levelled_too: bool) -> fl
     """
     uncertain = plain.stated.uncertainty
     corrected = levelled(best.stated, best.score) if levelled_too else best.score
-    after, before = within(corrected, uncertain).worst, within(plain.score, uncertain).worst
-    if after > MISSING or after**2 > LEFT * before**2:
+    after = within(corrected, uncertain, MISSING).worst
+    if after > MISSING:
+        return np.inf
+    before = within(plain.score, uncertain).worst
+    if after**2 > LEFT * before**2:
         return np.inf
     return float((after / min(before, within(softened(plain.score), uncertain).worst)) ** 2)
 
@@ -158,8 +163,10 @@ def _worth(before: Candidate, after: Candidate) -> bool:
         return after.score.cost <= before.score.cost  # it stands in the place of a factor
     if left_of(before, after)[0] <= LEFT:
         return True
-    told = after.stated.uncertainty is not None or after.within.explained
-    return told and after.within.worst**2 <= LEFT * before.within.worst**2
+    if after.stated.uncertainty is None and not after.explained:
+        return False
+    most = float(np.sqrt(LEFT)) * before.within.worst
+    return after.within_of(most).worst <= most
 
 
 def left_of(before: Candidate, after: Candidate) -> tuple[float, int]:
@@ -198,8 +205,8 @@ def _factor_within(best: Candidate) -> Factor | None:
     uncertain = best.stated.uncertainty
     if uncertain is None or abs(best.score.level) < SLIGHT:
         return None
-    less = best.within.worst**2 <= LEFT * within(best.score, uncertain).worst ** 2
-    return nearest(np.exp(best.score.level)) if less else None
+    most = float(np.sqrt(LEFT)) * within(best.score, uncertain).worst
+    return nearest(np.exp(best.score.level)) if best.within_of(most).worst <= most else None
 
 
 def _touched(plain: Candidate, best: Candidate, factor: Factor | None) -> list[Mask]:

@@ -20,7 +20,7 @@ from identify.setup.edits import Change
 from identify.setup.kinds.readout import radians_per_second
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
 from identify.setup.search import Searched, searched, searched_where_slight
-from identify.setup.soft import springs_explain
+from identify.setup.soft import softened, springs_explain
 from identify.setup.stated import Stated, stated
 from identify.setup.within import times, within, within_as_stated
 from identify.vibration.problem import Problem
@@ -33,6 +33,8 @@ _TOLD_APART = 1.02
 """Times the least gap up to which another explanation is as good."""
 _NEARLY = 2.0
 """Times the least gap up to which another explanation may be as good with a factor that is exact."""
+_POOR = 0.2
+"""Share of logarithms that is left with every spring where a study's own model is too poor to judge by."""
 _SIGMAS = 3.0
 _OTHERS = 3
 """Mistakes that are about as likely by logarithms, which the likelihood may tell apart."""
@@ -109,7 +111,10 @@ def _look(as_stated: Stated, gap: float | None) -> Looked:
 
 def _wrong(as_stated: Stated, first: Score, gap: float) -> Found:
     """The mistakes that explain the data alone, and beside every spring those that explain what is left."""
-    found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
+    if softened(first).cost <= _POOR * first.cost:
+        found = Found(Looked(gap), first)
+    else:
+        found = _and_braked(as_stated, _found(as_stated, searched(as_stated, first), gap))
     named, known, plain = found.looked.diagnosis, as_stated, found.corrected
     if named is not None:
         if named.gap_after <= QUIET or springs_explain(plain, as_stated.uncertainty):
@@ -170,7 +175,7 @@ def _found(as_stated: Stated, search: Searched, gap: float) -> Found:
     if least >= gap:
         return Found(Looked(gap), first)
     alike = [one for one in every if one.gap <= _TOLD_APART * least]
-    best = min(alike, key=lambda one: (len(_mistakes(one.decision)), one.gap))
+    best = min(alike, key=_likelier)
     mistakes = _mistakes(best.decision)
     instead = dict.fromkeys(_mistakes(one.decision) for one in sorted(alike, key=_gap))
     del instead[mistakes]
@@ -254,6 +259,14 @@ def _gap(one: _Put) -> float:
     return one.gap
 
 
+def _likelier(one: _Put) -> tuple[int, bool, float]:
+    """By what the first of those that explain the data as well is chosen: fewest mistakes, then a common
+    factor that a mistake has, then the gap.
+    """
+    factor = one.decision.factor
+    return len(_mistakes(one.decision)), factor is not None and not factor.known, one.gap
+
+
 def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool = False) -> Looked | None:
     """Frequencies in rad/s, where the fitted drives are stiffer than any: accelerances are the same functions
     of frequencies that are all scaled, with stiffnesses scaled by the square, so that a fit does not see it.
@@ -283,7 +296,7 @@ def _in_rad_per_s(as_stated: Stated, stiff: Score, quick: float, *, alone: bool 
 def _right(stated: Stated, score: Score) -> bool:
     """Whether a variant needs nothing further."""
     level = abs(score.level) < SLIGHT
-    return level and (score.cost <= ROUGH or within(score, stated.uncertainty).explained)
+    return level and (score.cost <= ROUGH or within(score, stated.uncertainty, QUIET).explained)
 
 
 def _put_right(as_stated: Stated, decisions: Sequence[Decision]) -> list[_Put]:

@@ -34,6 +34,11 @@ class Hypothesis:
     moved: Moved | None = None
     promise: float = 0.0
 
+    @property
+    def key(self) -> str:
+        """By which it is known when it is asked for again."""
+        return f"{self.sentence} {self.edits!r}"
+
     def settled(self, score: Score) -> tuple[Change, ...]:
         """What puts it right, with the numbers that a fit found."""
         return self.settle(score) if self.settle else self.edits

@@ -69,10 +69,12 @@ def scored(
     optimizer: GaussNewton = _QUICK,
     shape: LogShape | None = None,
     slopes: Sequence[float] = SLOPES,
+    most: float = np.inf,
 ) -> Score:
     """A variant, fitted from the best scale of its start values by magnitudes, or from `start` (parameters,)
     if that is better; shape: of the problem, where it is there already; slopes: of scales along the arm, none
-    where it begins at `start` in any case.
+    where it begins at `start` in any case; most: cost above which it is given up where steps as large as the
+    last would not reach it.
     """
     scale, shape = Scale(problem.parameters), shape or LogShape(problem)
     given = [] if start is None else [scale.to_x(start)]
@@ -85,11 +87,11 @@ def scored(
         if start is None or costs[0] > costs[best]:
             towards = GaussNewton(evaluations=_TOWARDS, tolerance=2e-3)
             starts[best] = _led(magnitudes, scale, starts[best], towards)
-    values = scale.to_values(_led(shape, scale, starts[best], optimizer))
+    values = scale.to_values(_led(shape, scale, starts[best], optimizer, most))
     return Score(problem, values, float(shape.costs(values[None])[0]), shape.level(values))
 
 
-def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton) -> Array:
-    search = Search(objective, scale, 10 * optimizer.evaluations)
+def _led(objective: LogShape, scale: Scale, x: Array, optimizer: GaussNewton, most: float = np.inf) -> Array:
+    search = Search(objective, scale, 10 * optimizer.evaluations, rival=most)
     minimized(optimizer, search, x, np.random.default_rng(0))
     return x if search.best_x is None else search.best_x

@@ -12,8 +12,10 @@ import numpy as np
 
 from identify.core.arrays import Array
 from identify.core.errors import InputError, InputErrors
+from identify.core.thresholds import QUIET
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.quality_robot import possible
+from identify.setup.constants import near
 from identify.setup.hypothesis import Hypothesis
 from identify.setup.registry import KINDS
 from identify.setup.score import ROUGH, SLIGHT, Score, scored
@@ -48,6 +50,8 @@ become with each, and how many times as long as these a step may be."""
 _NOTHING = 1e-3
 """Relative change of the cost by which a hypothesis says nothing, as of the sign of a first joint that is
 upright."""
+_HALF = 0.5
+"""Times the likelihood's gap that a mistake must come down to where no logarithm helps."""
 _AS_GOOD = 1.1
 """Times the cost up to which the likelihood may tell what logarithms do not."""
 _MORE = 1.03
@@ -70,7 +74,28 @@ class Candidate:
     @property
     def within(self) -> Within:
         """What is left within what was stated to be uncertain, beside the common factor."""
-        return within(levelled(self.stated, self.score), self.stated.uncertainty)
+        return self.within_of(np.inf)
+
+    def within_of(self, most: float) -> Within:
+        """The same, given up where it would stay above `most`."""
+        return within(levelled(self.stated, self.score), self.stated.uncertainty, most)
+
+    @property
+    def explained(self) -> bool:
+        """Whether nothing is left beside the common factor."""
+        return self.within_of(QUIET).explained
+
+    @property
+    def mistakes(self) -> int:
+        """How many its hypotheses are."""
+        return sum(one.count for one in self.hypotheses)
+
+    @property
+    def cost(self) -> float:
+        """RMS of logarithms, in tenths, by which it is judged: the second of two mistakes in one has to be
+        worth its price.
+        """
+        return float(self.score.cost * _MORE ** (self.mistakes - len(self.hypotheses)))
 
     @cached_property
     def moving(self) -> int:
@@ -124,10 +149,10 @@ def searched_where_slight(stated: Stated, score: Score) -> Searched:
 
 def _slight(base: Candidate) -> tuple[Candidate, ...]:
     """What explains all of the little that a candidate leaves; nothing where it leaves much, or nothing."""
-    if base.score.cost > ROUGH or base.within.explained:
+    if base.score.cost > ROUGH or base.explained:
         return ()
     tried = refined(base, list(of_kinds(base, _SLIGHT)))
-    return tuple(one for one in tried if one.within.explained)
+    return tuple(one for one in tried if one.explained)
 
 
 def without(
@@ -166,20 +191,20 @@ def _better(base: Candidate, tried: list[Candidate]) -> list[Candidate]:
     helps = bool(tried) and (_cost(tried[0]) <= HELPS * _cost(base) or not possible(base.stated.robot))
     if base.stated.uncertainty is None:
         return tried if helps else []
-    likely = sorted(tried[:_LIKELY], key=lambda one: one.within.worst)
-    rest = tried[_LIKELY:]
-    if explained := [one for one in tried[:_LIKELY] if one.within.explained]:
-        return explained + [one for one in likely if not one.within.explained] + rest
+    most = QUIET if helps else max(QUIET, _HALF * base.within.worst)
+    known = [(one.within_of(most), one) for one in tried[:_LIKELY]]
+    known.sort(key=lambda pair: (not pair[0].explained, pair[0].worst))
+    likely, rest = [one for _, one in known], tried[_LIKELY:]
+    if known and known[0][0].explained:
+        return likely + rest
     if helps:
         return tried
-    return likely + rest if likely and likely[0].within.worst <= 0.5 * base.within.worst else []
+    return likely + rest if known and known[0][0].worst <= _HALF * base.within.worst else []
 
 
 def _explained(one: Candidate) -> bool:
     """Whether a candidate leaves nothing to be explained, but a common factor."""
-    if one.score.cost <= ROUGH:
-        return True
-    return one.within.explained
+    return one.score.cost <= ROUGH or one.explained
 
 
 def _round(base: Candidate) -> tuple[list[Candidate], int]:
@@ -201,11 +226,17 @@ def _round(base: Candidate) -> tuple[list[Candidate], int]:
 
 def _bodies(tried: Sequence[Candidate]) -> list[Candidate]:
     """Of bodies that can be those that leave least with every spring, because a study's own model may leave
-    more than a wrong unit does; of what is the same up to a common factor, first what needs none.
+    more than a wrong unit does; of what is the same up to a common factor, first what needs none, and then
+    what needs one that a mistake has.
     """
     least = min((softened(one.score).cost for one in tried), default=0.0)
     alike = [one for one in tried if softened(one.score).cost <= _MORE * least]
-    return sorted(alike, key=lambda one: abs(softened(one.score).level))
+    return sorted(alike, key=lambda one: _of_factor(softened(one.score).level))
+
+
+def _of_factor(level: float) -> tuple[bool, float]:
+    """Whether a mistake has no common factor that is one, by its logarithm, and how large that is."""
+    return abs(level) >= SLIGHT and not near(float(np.exp(level)))[0].known, abs(level)
 
 
 def refined(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
@@ -224,7 +255,7 @@ def glanced(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
     found = []
     for hypothesis in hypotheses:
         one = _with(rough, hypothesis, _GLANCE)
-        costs[_key(hypothesis)] = np.inf if one is None else _cost(one)
+        costs[hypothesis.key] = np.inf if one is None else _cost(one)
         found += [] if one is None else [one]
     return found
 
@@ -232,17 +263,13 @@ def glanced(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
 def glances(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[tuple[float, Hypothesis]]:
     """The same with the costs alone, best first: each is looked at once on top of a fit."""
     costs = _glance_costs(base)
-    glanced(base, [one for one in hypotheses if _key(one) not in costs])
-    seen = [(costs[_key(one)], one) for one in hypotheses if np.isfinite(costs[_key(one)])]
+    glanced(base, [one for one in hypotheses if one.key not in costs])
+    seen = [(costs[one.key], one) for one in hypotheses if np.isfinite(costs[one.key])]
     return sorted(seen, key=lambda one: one[0])
 
 
 def _glance_costs(base: Candidate) -> dict[str, float]:
     return base.score.once("glances", dict[str, float])
-
-
-def _key(hypothesis: Hypothesis) -> str:
-    return f"{hypothesis.sentence} {hypothesis.edits!r}"
 
 
 def _promising(tried: Sequence[Candidate]) -> list[Candidate]:
@@ -253,8 +280,7 @@ def _promising(tried: Sequence[Candidate]) -> list[Candidate]:
 
 
 def _cost(one: Candidate) -> float:
-    more = sum(h.count for h in one.hypotheses) - len(one.hypotheses) + (abs(one.score.level) > SLIGHT)
-    return float(one.score.cost * _MORE**more)
+    return one.cost * (_MORE if abs(one.score.level) > SLIGHT else 1.0)
 
 
 def of_kinds(base: Candidate, kinds: Sequence[str]) -> Iterator[Hypothesis]:

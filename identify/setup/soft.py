@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from identify.core.arrays import Array
+from identify.core.thresholds import QUIET
 from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.setup.score import ROUGH, Score, scored
 from identify.setup.within import within
@@ -35,7 +36,7 @@ def springs_explain(score: Score, uncertain: UncertaintySettings | None) -> bool
     nothing is left that only a mistake would explain.
     """
     soft = softened(score)
-    return soft.cost <= ROUGH and within(soft, uncertain).explained
+    return soft.cost <= ROUGH and within(soft, uncertain, QUIET).explained
 
 
 def with_springs(problem: Problem, values: Mapping[str, float]) -> Problem:

@@ -52,11 +52,15 @@ class Beside:
         return np.asarray(_seen(self.measurement, self.target, self.moved, [point])[:, 0])
 
 
-def beside(score: Score, points: Mapping[int, Point]) -> list[Beside]:
-    """Every measurement of translations beside a fitted model."""
+def beside(score: Score) -> list[Beside]:
+    """Every measurement of translations beside a fitted model; made once."""
+    return score.once("beside", lambda: _views(score))
+
+
+def _views(score: Score) -> list[Beside]:
     pairs = zip(score.problem.measurements, frf_targets(score.problem), strict=True)
     return [
-        _beside(m, target, score, points)
+        _beside(m, target, score, score.problem.points)
         for m, target in pairs
         if any(0 < abs(one.direction) <= 3 for one in target.data.outputs)
     ]

@@ -30,10 +30,13 @@ _LARGER = 1.5
 
 @dataclass(frozen=True)
 class Within:
-    """The gap, and how many times as large as stated the nuisance parameters are together."""
+    """The gap, and how many times as large as stated the nuisance parameters are together; most: the gap
+    that a fit was to come down to, where it was given up on the way because it would not.
+    """
 
     gap: float
     errors: float
+    most: float = np.inf
 
     @property
     def explained(self) -> bool:
@@ -46,9 +49,14 @@ class Within:
         return max(self.gap, self.errors)
 
 
-def within(score: Score, stated: UncertaintySettings | None) -> Within:
-    """From where logarithms led; found once for each score, which is of one study."""
-    return score.once("within", lambda: _within(score, stated))
+def within(score: Score, stated: UncertaintySettings | None, most: float = np.inf) -> Within:
+    """From where logarithms led; found once for each score, which is of one study; given up where the gap
+    would stay above `most`.
+    """
+    found: Within | None = score.asked.get("within")
+    if found is None or found.most < most:
+        found = score.asked["within"] = _within(score, stated, most)
+    return found
 
 
 def within_as_stated(score: Score, stated: UncertaintySettings | None) -> Within:
@@ -57,19 +65,21 @@ def within_as_stated(score: Score, stated: UncertaintySettings | None) -> Within
     """
     found = within(score, stated)
     if not found.explained:
-        from_starts = _within(replace(score, values=score.problem.initial), stated)
+        from_starts = _within(replace(score, values=score.problem.initial), stated, found.worst)
         found = score.asked["within"] = min(found, from_starts, key=lambda one: one.worst)
     return found
 
 
-def _within(score: Score, stated: UncertaintySettings | None) -> Within:
+def _within(score: Score, stated: UncertaintySettings | None, most: float) -> Within:
     problem = _uncertain(score.problem, stated)
     objective = FrfLeastSquares().objective(problem.targets())
     scale = Scale(problem.parameters)
     start = problem.initial
     start[: len(score.values)] = score.values
-    search = Search(objective, scale, 10 * _LIKELY.evaluations)
-    minimized(_LIKELY, search, scale.to_x(start), np.random.default_rng(0))
+    search = Search(objective, scale, 10 * _LIKELY.evaluations, rival=most)
+    outcome = minimized(_LIKELY, search, scale.to_x(start), np.random.default_rng(0))
+    if outcome.spent:
+        return Within(float(search.best_cost), np.inf, most)
     x = scale.to_x(start) if search.best_x is None else search.best_x
     return Within(float(search.best_cost), _errors(search, x, len(problem.nuisances.parameters)))
 

@@ -28,14 +28,15 @@ _MANY, _SEEN = "hall_drawn_3019", 10.0
 the FRFs.
 """
 _SET_UP = {
-    "few": ["setup_exam_301155"],
+    "few": ["setup_exam_310412"],
     "few, all draws": [
-        *("setup_exam_301155", "setup_exam_291130", "setup_exam_281601"),
+        *("setup_exam_310412", "setup_exam_301155", "setup_exam_291130", "setup_exam_281601"),
         *("setup_exam_281501", "setup_exam_281412", "setup_exam"),
     ],
-    "about 24": ["setup_exam_many_301154"],
+    "about 24": ["setup_exam_many_310412"],
     "about 24, all draws": [
-        *("setup_exam_many_301154", "setup_exam_many_291877", "setup_exam_many_291204"),
+        *("setup_exam_many_310412", "setup_exam_many_301154"),
+        *("setup_exam_many_291877", "setup_exam_many_291204"),
     ],
 }
 _MOTION = {

@@ -13,17 +13,21 @@ from identify.fitting.optimizers.gauss_newton import GaussNewton
 from identify.measured.correction import Correction
 from identify.setup import beside_springs as springs
 from identify.setup.beside_springs import (
-    _again,
+    _by_squares,
     _each_way,
     _factors,
     _levels,
+    _nearly_right,
     _needed,
+    _promising,
     _settled,
+    _simpler,
     beside_springs,
 )
 from identify.setup.diagnosis import Diagnosis, _joined
 from identify.setup.edits import Edit, Entries, OnLink, edited, in_words
 from identify.setup.hypothesis import Hypothesis
+from identify.setup.kinds.channels import of_each, sizes
 from identify.setup.registry import KINDS
 from identify.setup.score import SLIGHT, scored
 from identify.setup.search import Candidate, glanced, glances, of_kinds, without
@@ -61,14 +65,60 @@ def test_several_channels_are_found_together(tmp_path: Path, monkeypatch: pytest
     assert corrected.cost == pytest.approx(right.cost, rel=0.05)
 
 
-@pytest.mark.parametrize(
-    "kinds",
-    [("joint-sign", "window"), pytest.param(tuple(KINDS), marks=pytest.mark.exam)],
-    ids=["channels", "all"],
-)
-def test_nothing_is_misread_in_a_right_study(kinds: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(springs, "KINDS", {name: KINDS[name] for name in kinds})
-    assert beside_springs(*studies.right()) is None
+def test_nothing_is_misread_in_a_right_study(monkeypatch: pytest.MonkeyPatch) -> None:
+    """And only channels are looked at: what else would be named leaves more than a right study does."""
+    monkeypatch.setattr(springs, "_promising", lambda _: pytest.fail("it is nearly right"))
+    told, plain = studies.right()
+    assert beside_springs(told, plain) is None
+    assert not _nearly_right(Candidate(told, replace(plain, cost=1.5)))
+    assert not _nearly_right(Candidate(told, replace(plain, level=1.0)))
+
+
+def test_all_else_waits_where_a_channel_explains_most(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = list[Candidate]()
+    monkeypatch.setattr(springs, "_promising", lambda own: [*map(asked.append, [own])] and [])
+    for wrong in (Correction(outputs={"5": -1.0, "9": -1.0}), Correction(quantity="mobility")):
+        told = studies.of(tmp_path, studies.config(measurements=studies.misread(tmp_path, wrong)[:1]))
+        found = beside_springs(told, scored(told.problem()))
+        assert (found is None) == bool(asked) == (wrong.quantity is not None)
+
+
+def test_what_is_about_all_points_is_looked_at_as_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Among single channels it would come last: it explains none of them more than the others."""
+    base = Candidate(*studies.right())
+    monkeypatch.setattr(springs, "glances", lambda _, some: [(1.0, one) for one in some])
+    shifted = [one for one in of_kinds(base, ["links"]) if one.code == "links-shifted"]
+    assert len(shifted) == 2
+    assert not any(one.code == "links-shifted" for one in _by_squares(shifted))
+    assert "links-shifted" in {one.code for one in _promising(base)}
+
+
+@pytest.mark.parametrize(("factor", "other", "paid"), [(-1.0, -0.74, False), (-3.0, -3.0, True)])
+def test_another_size_and_the_other_sign_are_two_mistakes(
+    factor: float, other: float, paid: bool, tmp_path: Path
+) -> None:
+    """A sign alone is named unless the data pay for the size too."""
+    told = studies.of(
+        tmp_path, studies.config(measurements=studies.misread(tmp_path, Correction(outputs={"5:+X": factor})))
+    )
+    score = scored(told.problem())
+    proposed = [one for one in sizes(told, score) if "channel 5:+X" in one.sentence]
+    for one in proposed:
+        assert one.count == (2 if "times with the other sign" in one.sentence else 1)
+    assert {one.count for one in proposed} == ({1, 2} if paid else {1})
+
+    def candidate(size: float, mistakes: int) -> Candidate:
+        hypothesis = Hypothesis("", "", of_each(told, "outputs", {"5:+X": 1 / size}), "", count=mistakes)
+        there = told.changed(hypothesis.edits)
+        return Candidate(there, scored(there.problem(), score.values), (hypothesis,))
+
+    sign, both = candidate(-1.0, 1), candidate(other, 2)
+    assert _simpler(sign, both) != paid
+    assert not _simpler(both, sign)
+    assert sign.cost == sign.score.cost
+    assert both.cost > both.score.cost
 
 
 @pytest.mark.exam
@@ -169,15 +219,6 @@ def test_of_what_holds_a_number_the_best_of_each_sign_is_looked_at() -> None:
     assert len(offsets) == 2 * 6
     assert offsets[:2] == [f"the zero of joint 1 is off by about {turn} degrees" for turn in (15, -15)]
     assert kept[len(offsets) :] == [one.sentence for one in some if one.moved is None]
-
-
-def test_what_promised_most_is_looked_at_again_beside_a_channel_alone() -> None:
-    """Another model makes other studies of all else."""
-    told, score = studies.right()
-    channel, other = Hypothesis("", "", (), "sensor5", promise=3.0), Hypothesis("", "", (), "sign2")
-    looked = [Candidate(told, score, (channel, one)) for one in (other, replace(channel, about="sensor6"))]
-    assert _again(Candidate(told, score, (other, channel)), looked) == [other]
-    assert _again(Candidate(told, score, (channel, other)), looked) == []
 
 
 def test_what_a_later_mistake_holds_too_is_not_left_out() -> None:

@@ -15,12 +15,13 @@ from identify.setup import diagnosis, search
 from identify.setup.bounds import sag
 from identify.setup.brakes import Brake
 from identify.setup.constants import Factor, near, nearest
-from identify.setup.decide import Decision, needed
+from identify.setup.decide import Decision, log_odds, needed
 from identify.setup.diagnosis import (
     Found,
     Looked,
     _apart,
     _in_rad_per_s,
+    _likelier,
     _Put,
     _put_right,
     _without_factor,
@@ -148,7 +149,7 @@ def test_bodies_that_cannot_be_are_put_right_first(tmp_path: Path) -> None:
 
 def test_bodies_are_told_by_every_spring() -> None:
     """A study's own model may leave more than a wrong unit does; of bodies that are the same up to a common
-    factor the first needs none.
+    factor the first needs none, or one that a mistake has.
     """
     told, score = studies.right()
 
@@ -162,6 +163,18 @@ def test_bodies_are_told_by_every_spring() -> None:
         candidate(13.2, 2.16, 0.1),
     )
     assert _bodies([wrong, in_grams, right]) == [right, in_grams]
+    inches, no_unit = candidate(13.2, 2.15, 3.67), candidate(13.2, 2.14, -3.24)
+    assert _bodies([no_unit, inches, in_grams, right]) == [right, inches, in_grams, no_unit]
+
+
+def test_of_factors_that_explain_as_well_the_first_is_one_that_a_mistake_has() -> None:
+    told, score = studies.right()
+    base = Candidate(told, score)
+    known, unknown, nothing = (
+        _Put(Decision(base, (), factor, 9.0), (), score, gap)
+        for factor, gap in ((nearest(39.4), 1.01), (nearest(0.039), 1.0), (None, 1.02))
+    )
+    assert sorted([unknown, known, nothing], key=_likelier) == [nothing, known, unknown]
     assert _bodies([]) == []
 
 
@@ -240,6 +253,38 @@ def test_what_was_stated_to_be_uncertain_explains_no_wrong_unit(typical: Stated)
     assert wrong.errors > 2 * right.errors
     assert not wrong.explained
     assert within(levelled(heavy, twice), told.uncertainty).explained
+
+
+def test_a_likelihood_that_was_given_up_is_found_again_where_it_is_asked_for_more(typical: Stated) -> None:
+    """And is not looked for again where as little is asked."""
+    wrong = typical.changed([Edit(("joint_angles", "sign"), [1, -1, 1, 1, 1, 1])])
+    score = scored(wrong.problem())
+    given_up = within(score, wrong.uncertainty, 1.0)
+    assert not given_up.explained and given_up.worst == np.inf
+    assert within(score, wrong.uncertainty, 0.5) is given_up
+    found = within(score, wrong.uncertainty)
+    assert found.gap < given_up.gap
+    assert found == within(replace(score, asked={}), wrong.uncertainty)
+    assert within(score, wrong.uncertainty, 1.0) is found
+
+
+def test_what_leaves_nothing_at_all_says_nothing() -> None:
+    assert log_odds(0.01, 9) > log_odds(0.2, 9) > 0
+    assert log_odds(0.0, 9) == log_odds(0.3, 9) == -np.inf
+
+
+def test_where_springs_explain_nearly_all_the_own_model_is_no_judge(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    told, right = studies.right()
+    monkeypatch.setattr(diagnosis, "_beside_springs", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "searched", lambda *_: pytest.fail("searched"))
+    plain = replace(right, cost=9.0)
+    plain.asked["softened"] = replace(right, cost=1.5)
+    assert diagnosis._wrong(told, plain, 30.0).looked == Looked(30.0)
+    plain.asked["softened"] = replace(right, cost=2.0)
+    with pytest.raises(pytest.fail.Exception):
+        diagnosis._wrong(told, plain, 30.0)
 
 
 def test_a_right_study_beside_stated_uncertainty_is_asked_nothing(

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -167,7 +167,8 @@ def slices(body: Link, axis: Array, parts: int = 1) -> Iterator[tuple[float, Arr
         yield body.mass * weight, body.centre + offset * line, weight * (np.trace(rest) * np.eye(3) - rest)
 
 
-def evenly(parts: int) -> list[tuple[float, float]]:
+@cache
+def evenly(parts: int) -> tuple[tuple[float, float], ...]:
     """Stations along a length, 0 to 1, and the share of each, as many as so many parts need."""
     stations, weights = np.polynomial.legendre.leggauss(_SLICES * parts)
-    return list(zip(((1 + stations) / 2).tolist(), (weights / 2).tolist(), strict=True))
+    return tuple(zip(((1 + stations) / 2).tolist(), (weights / 2).tolist(), strict=True))

@@ -57,7 +57,7 @@ def _best(found: list[Hypothesis]) -> list[Hypothesis]:
 
 def turned(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """A sensor turned by right angles, with exchanged cables, or one of its axes reversed."""
-    views = beside(plain, stated.points)
+    views = beside(plain)
     found: list[Hypothesis] = []
     for node in _nodes(views):
         own = _with(views, node)
@@ -102,7 +102,7 @@ def _names(view: Beside, node: int, turn: Array) -> dict[str, str]:
 
 def exchanged(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """Two points for each other: their sensors alone, or all that is said of them."""
-    views = beside(plain, stated.points)
+    views = beside(plain)
     found: list[Hypothesis] = []
     forces = {one.node for view in views for one in view.target.data.inputs}
     for one, other in combinations(_nodes(views), 2):
@@ -135,7 +135,7 @@ def _exchange(view: Beside, one: int, other: int) -> dict[str, str]:
 
 def shifted(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """All points one number on, or back: their sensors, or all that is said of them."""
-    views = beside(plain, stated.points)
+    views = beside(plain)
     nodes = _nodes(views)
     for step, word in ((1, "higher"), (-1, "lower")) if views else ():
         moved = {node: nodes[(n + step) % len(nodes)] for n, node in enumerate(nodes)}
@@ -162,7 +162,7 @@ def links(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
         if edits:
             sentence = f"the points are on the {word} link of the points file's"
             yield Hypothesis("links-shifted", sentence, edits, "links")
-    views = beside(plain, stated.points)
+    views = beside(plain)
     found: list[Hypothesis] = []
     for node in _nodes(views):
         own = _with(views, node)
@@ -194,7 +194,7 @@ def _elsewhere(stated: Stated, node: int, names: list[str]) -> Iterator[tuple[On
 
 def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """One sensor, one channel or one force by a factor."""
-    views = beside(plain, stated.points)
+    views = beside(plain)
     sensors, forces = list[_Sized](), list[_Sized]()
     whole = _sums([(view.measured, view.predicted, view.weight) for view in views])
     for node in _nodes(views):
@@ -219,7 +219,7 @@ def sizes(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
 
 def one_measurement(stated: Stated, plain: Score) -> Iterator[Hypothesis]:
     """One measurement of several by a factor beyond that of the others: the fit is between them."""
-    views = beside(plain, stated.points)
+    views = beside(plain)
     if len(views) < 2:
         return
     parts = [(view.measured, view.predicted, view.weight) for view in views]
@@ -265,7 +265,8 @@ def _sized(
     for known in sizes:
         edits = of_each(stated, side, {name: float(f"{1 / known.value:.8g}")})
         sentence, promise = f"{words} reads {known.words} what it should", whole.gain(sums, known.value)
-        found.append(Hypothesis("size", sentence, edits, about, promise=promise))
+        mistakes = 1 if known.value > 0 else 2  # another size, and the other sign
+        found.append(Hypothesis("size", sentence, edits, about, count=mistakes, promise=promise))
     return [(left, found)]
 
 
