@@ -23,7 +23,7 @@ _FEW = {
     "drawn, `careful`": "discovery_1129408",
     "drawn, `typical`": "discovery_1129405",
 }
-_MANY, _SEEN = "hall_drawn_3019", 10.0
+_MANY, _SEEN = "hall_drawn_3021", 10.0
 """The draw of arms with many effects; standard deviations of the noise by which an effect that is seen moves
 the FRFs.
 """
