@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from operator import attrgetter
 
 import numpy as np
 
@@ -80,10 +81,10 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
     """What is wrong about a study, whose fit as stated is known; None where nothing is."""
     first, own = Candidate(stated, softened(plain)), plain
     best, rivals = first, list[Candidate]()
-    asked = len(list(of_kinds(first, _CHANNELS))) + len(list(of_kinds(Candidate(stated, plain), _others())))
+    channels = list(of_kinds(first, _CHANNELS))
+    asked = len(channels) + len(list(of_kinds(Candidate(stated, plain), _others())))
     while True:
-        channels = _by_squares(list(of_kinds(best, _CHANNELS)))
-        looked = _looked(best, channels)
+        looked = _looked(best, _by_squares(channels))
         alike = _next(best, looked, asked)
         if not _nearly_right(best) and not (alike and _helps(best, alike[0])):
             looked += _looked(best, _promising(replace(best, score=own)))
@@ -92,7 +93,9 @@ def beside_springs(stated: Stated, plain: Score) -> Found | None:
             break
         found, *rivals = alike
         own = scored(found.stated.problem())
-        best = min(found, replace(found, score=softened(own)), key=_cost)  # what was wrong led into a valley
+        # What was wrong led into a valley.
+        best = min(found, replace(found, score=softened(own)), key=attrgetter("cost"))
+        channels = list(of_kinds(best, _CHANNELS))
     last = best.hypotheses[-1:]
     best, odds = _needed(first, best, asked)
     instead = tuple(one.hypotheses[-1] for one in rivals if best.hypotheses[-1:] == last)
@@ -177,11 +180,11 @@ def _next(base: Candidate, looked: Sequence[Candidate], asked: int) -> list[Cand
     """
     kept = _kept(looked, base, _SETTLED)
     tried = [one.score.once("settled", partial(_settled, base, one)) for one in kept]
-    settled = sorted([one for one in tried if one is not base], key=_cost)
+    settled = sorted([one for one in tried if one is not base], key=attrgetter("cost"))
     needed = [one for one in settled if not any(_simpler(other, one) for other in settled)]
     worth = [one for one in needed if _odds(base, one, asked) >= CONVINCING]
     found = worth or [one for one in needed if _may_hide(base, one)]
-    alike = [one for one in found if _cost(one) <= _TOLD_APART * _cost(found[0])]
+    alike = [one for one in found if one.cost <= _TOLD_APART * found[0].cost]
     alike.sort(key=lambda one: one.hypotheses[-1].moved is not None)  # what holds no number first
     return list({one.hypotheses[-1].sentence: one for one in reversed(alike)}.values())[::-1]
 
@@ -204,7 +207,7 @@ def _levels(base: Candidate, one: Candidate, most: float = 1.0) -> bool:
     """
     level = base.score.level**2
     less = level >= SLIGHT**2 and one.score.level**2 <= LEFT * level
-    return less and _cost(one) <= most * _cost(base)
+    return less and one.cost <= most * base.cost
 
 
 def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate]:
@@ -215,13 +218,13 @@ def _looked(base: Candidate, hypotheses: Sequence[Hypothesis]) -> list[Candidate
         return []
     stated = base.stated.glanced()
     small = replace(base, stated=stated, score=_fitted(stated, base.score, _STEP, _GLANCED))
-    seen, most = list[Candidate](), _AT_FIRST * _cost(small)
+    seen, most = list[Candidate](), _AT_FIRST * small.cost
     for hypothesis in hypotheses:
         one = _with(small, hypothesis, _STEP if hypothesis.promise else _FEW)
-        if one is not None and _cost(one) <= most:
+        if one is not None and one.cost <= most:
             seen = _kept([*seen, one], base, _FURTHER)  # a model with every spring is large
     again = [replace(one, score=_refitted(one.score, most)) for one in seen]
-    return [one for one in again if _cost(one) <= _cost(small) or _levels(small, one, _AT_FIRST)]
+    return [one for one in again if one.cost <= small.cost or _levels(small, one, _AT_FIRST)]
 
 
 def _refitted(score: Score, most: float) -> Score:
@@ -230,7 +233,7 @@ def _refitted(score: Score, most: float) -> Score:
 
 def _kept(seen: Sequence[Candidate], base: Candidate, count: int) -> list[Candidate]:
     """The best, and where there is a common factor what leaves least of it."""
-    best = sorted(seen, key=_cost)
+    best = sorted(seen, key=attrgetter("cost"))
     level = best[count:] if abs(base.score.level) >= SLIGHT else []
     return best[:count] + sorted(level, key=lambda one: abs(one.score.level))[:1]
 
@@ -272,7 +275,7 @@ def _turned(base: Candidate, one: Candidate) -> float:
 
 
 def _helps(base: Candidate, one: Candidate) -> bool:
-    return _cost(one) <= HELPS * _cost(base)
+    return one.cost <= HELPS * base.cost
 
 
 def _fitted(
@@ -297,10 +300,6 @@ def _fitted(
     # Where no spring gives way, usual ones are far from the best.
     rigid = scored(problem, problem.at(problem.starts | known.by_name), steps, slopes=())
     return min(soft, rigid, key=lambda one: one.cost)
-
-
-def _cost(one: Candidate) -> float:
-    return one.cost
 
 
 def _odds(before: Candidate, after: Candidate, asked: int) -> float:
@@ -334,4 +333,4 @@ def _without(first: Candidate, best: Candidate, hypothesis: Hypothesis) -> Candi
         again = Candidate(rest[0], _fitted(rest[0], best.score), rest[1])
     except (InputError, InputErrors, np.linalg.LinAlgError):
         return None
-    return again if again.hypotheses else min(again, first, key=_cost)
+    return again if again.hypotheses else min(again, first, key=attrgetter("cost"))

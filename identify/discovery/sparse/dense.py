@@ -36,13 +36,10 @@ def relaxations(problem: Problem) -> list[Effect]:
     """Of every drive that the study has a stiffness of; what relaxes is at most half as compliant as the
     drive was to begin with: more would be a drive of its own.
     """
-    starts = problem.starts
     found = list[Effect]()
-    for number in range(1, len(problem.robot.joints) + 1):
-        stiffness = starts.get(f"joint{number}.rz.stiffness")
-        if stiffness is not None:
-            most = Values(initial=0.01 / stiffness, bounds=(0.0, _RELAXES / stiffness))
-            found.append(JointRelaxation(joints=[number], compliance=most))
+    for number, stiffness in _drives(problem):
+        most = Values(initial=0.01 / stiffness, bounds=(0.0, _RELAXES / stiffness))
+        found.append(JointRelaxation(joints=[number], compliance=most))
     return found
 
 
@@ -50,12 +47,10 @@ def rotors(problem: Problem) -> list[Effect]:
     """Of every drive that the study has a stiffness of and no rotor, held fast to begin with: what a servo
     loop or a brake gives way is at most as compliant as the drive was.
     """
-    starts, site = problem.starts, problem.measurements[0].system.site
-    known = {one.name for one in problem.parameters}
+    site, known = problem.measurements[0].system.site, {one.name for one in problem.parameters}
     found = list[Effect]()
-    for number in range(1, len(problem.robot.joints) + 1):
-        stiffness = starts.get(f"joint{number}.rz.stiffness")
-        if stiffness is not None and f"joint{number}.rotor.inertia" not in known:
+    for number, stiffness in _drives(problem):
+        if f"joint{number}.rotor.inertia" not in known:
             inertia = site.carried(f"joint{number}.rz") * _ROTOR / RATIO**2
             found.append(
                 RotorInertia(
@@ -68,6 +63,15 @@ def rotors(problem: Problem) -> list[Effect]:
                 )
             )
     return found
+
+
+def _drives(problem: Problem) -> Iterator[tuple[int, float]]:
+    """Joints that the study has a drive stiffness of, from 1, and what that was to begin with."""
+    starts = problem.starts
+    for number in range(1, len(problem.robot.joints) + 1):
+        stiffness = starts.get(f"joint{number}.rz.stiffness")
+        if stiffness is not None:
+            yield number, stiffness
 
 
 def in_parts(effects: Sequence[Effect], bent: set[str]) -> list[Effect]:

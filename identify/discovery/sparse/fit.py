@@ -114,8 +114,10 @@ def usual_fit(
     its end where it does not come near the objective of a rival.
     """
 
+    more = (*rotors(problem), *more)
+
     def beside(values: Mapping[str, float]) -> tuple[tuple[Effect, ...], Unknowns]:
-        effects = (*usual_springs(problem, values, damped=DampingValues()), *rotors(problem), *more)
+        effects = (*usual_springs(problem, values, damped=DampingValues()), *more)
         return effects, _unknowns(problem, effects)
 
     _, unknowns = beside(problem.starts)

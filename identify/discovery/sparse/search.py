@@ -378,10 +378,11 @@ def _with_others(found: Found, best: Found, others: Sequence[Found]) -> Found:
     """The best with each effect that was tried alone and pays beside it, too: what one link lacks says little
     of what another does, and a round of its own for each takes far longer.
     """
+    known = found.values
     for one in others:
         if best.late or best.gap < CLOSED:
             break
-        new, own = found.new(one.effects), {k: v for k, v in one.values.items() if k not in found.values}
+        new, own = found.new(one.effects), {k: v for k, v in one.values.items() if k not in known}
         alone = len(new) == 1 and not one.new(found.effects)
         if alone and not own.keys() & best.values.keys() and _pays(found, one):
             more = gone_on(best, (*best.effects, *new), own, rival=best.objective)

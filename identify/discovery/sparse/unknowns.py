@@ -147,7 +147,9 @@ class Unknowns:
         return found
 
     def _entered(self, own: Index) -> bool:
-        """Whether unknowns are those of an effect that has a size, which no price takes away."""
+        """Whether unknowns are those of an effect that has a size, which no price takes away; what springs
+        carry, as they do a rotor, goes with them.
+        """
         return bool(np.any(self.log[own] & ~self.times[own]) and not self.springs[own].any())
 
     def away(self, x: Array) -> Array:
